@@ -84,7 +84,7 @@ std::uint32_t domain_of_environment()
 	const std::string text = variable("ROS_DOMAIN_ID");
 	try
 	{
-		return text.empty() ? 0 : static_cast<std::uint32_t>(app::parse_whole_number(text, 0, kGreatestDomain));
+		return text.empty() ? 0 : static_cast<std::uint32_t>(parse_whole_number(text, 0, kGreatestDomain));
 	}
 	catch (const std::invalid_argument& error)
 	{

@@ -238,8 +238,9 @@ DriveCalibration calibrate_lasers(
 	{
 		const bool is_chosen = other.label == sensor.label;
 		if (!is_chosen && !command.log.merge_lasers) continue;
-		const DriveCalibration calibrated =
-		    calibrate_by_drive(log, other, is_chosen ? of_command : logs::Overrides(), command.search, localizer);
+		const DriveCalibration calibrated = calibrate_by_drive(
+		    log, other, is_chosen ? of_command : logs::Overrides(), command.search, localizer,
+		    !command.output.calibrate && !command.output.diagnose);
 		if (is_chosen) chosen = calibrated;
 		if (!is_chosen && calibrated.overrides.sweep)
 			command.log.overrides.sweeps_of_others[other.label] = *calibrated.overrides.sweep;
@@ -308,7 +309,8 @@ ExitStatus localize(
 	    tracker ? &*tracker : nullptr,
 	    can_tell && request.is_live() && !request.is_as_told && !request.merge_lasers &&
 	        ros::entries_of(request.overrides).empty(),
-	    drive.doubt};
+	    drive.doubt,
+	    request.merge_lasers ? nullptr : &drive.answers};
 	const LoopResult loop = localize_frames(log, report, selection, approach, outputs ? &*outputs : nullptr, console);
 	report.localization_seconds = watch.Tac();
 	return finish(log, selection, truth, loop, report, outputs ? &*outputs : nullptr, console);

@@ -27,6 +27,7 @@ namespace
 struct DriveSamples
 {
 	std::vector<LoggedScan> scans;
+	std::vector<std::size_t> numbers;        //!< [-] of these, in the log
 	std::vector<d2s1r::TimedPose> odometry;  //!< by increasing time [s] by its clock
 	std::vector<double> lags;  //!< [s] of the odometry's clock when a scan came, minus the time of the scan
 	double middle_angle = 0;   //!< [rad] see RawlogObject
@@ -114,6 +115,7 @@ class SampleChooser
 		recent_.clear();
 		keep_until_ = now_ + kAround;
 		samples_.scans.push_back(scan);
+		samples_.numbers.push_back(count_ - 1);
 		robot_then_ = robot_;
 		then_ = now_;
 		in_part_++;
@@ -194,36 +196,50 @@ DriveSamples mounted(DriveSamples samples, const Mounting& mounting)
 	return samples;
 }
 
-/// Where scans were found; no value of those that were not.
-using Places = std::vector<std::optional<mrpt::math::TPose2D>>;
+/// What the localizer says of the samples; no value of those that were not asked about.
+using Answers = std::vector<std::optional<Localization>>;
 
-Places places_of(
-    const DriveSamples& samples, const Mounting& mounting, std::size_t step, const SearchRequest& search,
-    const Localizer& localizer)
+/// Localizes those of the samples that were not yet.
+/// \param numbers [-] of them
+void localize(
+    const DriveSamples& samples, const std::vector<std::size_t>& numbers, const SearchRequest& search,
+    const Localizer& localizer, Answers& answers)
 {
-	Places places((samples.scans.size() + step - 1) / step);
 	parallel_for(
-	    places.size(), search.threads,
+	    numbers.size(), search.threads,
 	    [&](std::size_t i)
 	    {
-		    if (interrupted()) return;
-		    const LoggedScan scan = mounted(samples.scans[step * i], mounting, samples.middle_angle);
-		    const Localization answer = localizer.localize(scan_of(scan, localizer.parameters().scan), search.query);
-		    if (answer.status == Status::kLocalized) places[i] = answer.best().pose.asTPose();
+		    auto& answer = answers[numbers[i]];
+		    if (answer || interrupted()) return;
+		    Localization found =
+		        localizer.localize(scan_of(samples.scans[numbers[i]], localizer.parameters().scan), search.query);
+		    if (!interrupted()) answer = std::move(found);  // else the search may have been stopped
 	    });
-	return places;
 }
 
-std::size_t found_of(const Places& places)
+/// Returns each `step`-th of the samples.
+std::vector<std::size_t> each(const DriveSamples& samples, std::size_t step)
 {
-	return static_cast<std::size_t>(
-	    std::count_if(places.begin(), places.end(), [](const auto& place) { return place.has_value(); }));
+	std::vector<std::size_t> numbers;
+	for (std::size_t i = 0; i < samples.scans.size(); i += step) numbers.push_back(i);
+	return numbers;
+}
+
+bool is_localized(const std::optional<Localization>& answer)
+{
+	return answer && answer->status == Status::kLocalized;
+}
+
+std::size_t found_of(const Answers& answers)
+{
+	return static_cast<std::size_t>(std::count_if(answers.begin(), answers.end(), is_localized));
 }
 
 /// Returns the mounting by which most scans are found, if these are far more than by that of the messages.
+/// \param as_told answers by that of the messages
 Mounting other_mounting(
     const DriveSamples& samples, const logs::Sensor& sensor, const logs::Overrides& overrides,
-    const SearchRequest& search, const Localizer& localizer)
+    const SearchRequest& search, const Localizer& localizer, const Answers& as_told)
 {
 	constexpr std::size_t kStep = 3;  // [-] of the scans, one in so many is tried
 	std::vector<Mounting> others;
@@ -256,12 +272,16 @@ Mounting other_mounting(
 		others.push_back({other, "angles of the beams: " + sensor.other_angles->because});
 	}
 	Mounting best;
-	std::size_t most = found_of(places_of(samples, {}, kStep, search, localizer)) + 2;
+	const std::vector<std::size_t> tried = each(samples, kStep);
+	std::size_t most = 2;
+	for (const std::size_t i : tried) most += is_localized(as_told[i]);
 	for (const Mounting& mounting : others)
 	{
-		const Places places = places_of(samples, mounting, kStep, search, localizer);
-		if (2 * found_of(places) < places.size() || found_of(places) <= most) continue;
-		most = found_of(places);
+		Answers answers(samples.scans.size());
+		localize(mounted(samples, mounting), tried, search, localizer, answers);
+		const std::size_t found = found_of(answers);
+		if (2 * found < tried.size() || found <= most) continue;
+		most = found;
 		best = mounting;
 	}
 	return best;
@@ -301,55 +321,126 @@ void tell(const std::string& label, const Mounting& mounting, DriveCalibration& 
 }
 }  // namespace
 
+namespace
+{
+/// What the messages say of the samples, and what is known beside that.
+struct Beforehand
+{
+	CPose3D laser;  //!< frame on the robot
+	calibration::Reading told;
+	calibration::Given given;
+};
+
+Beforehand beforehand_of(const DriveSamples& samples, const logs::Sensor& sensor, const logs::Overrides& overrides)
+{
+	using namespace calibration;
+	std::vector<double> firsts, durations, lags = samples.lags;
+	for (const LoggedScan& scan : samples.scans)
+	{
+		firsts.push_back(scan.sweep.first_beam);
+		durations.push_back(scan.sweep.beam_step * (static_cast<double>(scan.observation->size()) - 1));
+	}
+	Beforehand known;
+	known.laser = laser_of(samples.scans.front(), samples.middle_angle);
+	const ros::SweepTime sweep{percentile(durations, 0.5), percentile(firsts, 0.5)};
+	known.told = ros::told_reading(known.laser, sweep, {});  // what is given is in the scans
+	auto& is_known = known.given.known;
+	if (overrides.sensor_pose || sensor.is_the_robot || !stays(samples))
+		is_known[kYaw] = is_known[kX] = is_known[kY] = true;
+	if (overrides.sweep || samples.has_times_of_scans) is_known[kFirstBeam] = is_known[kDuration] = true;
+	is_known[kAngleScale] = overrides.beam_angles.has_value();
+	is_known[kRangeFactor] = overrides.range_factor.has_value();
+	known.given.are_angles_doubtful = sensor.other_angles.has_value();
+	const double lag = lags.empty() ? 0 : percentile(lags, 0.5);
+	if (std::abs(lag) > 1) known.given.clocks.push_back(lag);
+	return known;
+}
+
+/// Returns the samples as the calibration takes them.
+std::vector<calibration::FoundScan> scans_of(const DriveSamples& samples, const Answers& answers)
+{
+	std::vector<calibration::FoundScan> scans;
+	for (std::size_t i = 0; i < samples.scans.size(); i++)
+	{
+		const logs::RecordedScan& scan = *samples.scans[i].observation;
+		const bool is_found = is_localized(answers[i]);
+		scans.push_back(calibration::found_scan(
+		    scan, laser_of(samples.scans[i], samples.middle_angle), logs::to_seconds(scan.timestamp),
+		    is_found ? answers[i]->best().pose.asTPose() : mrpt::math::TPose2D()));
+		scans.back().is_found = is_found;
+	}
+	return scans;
+}
+
+/// Returns what a drive shows that agrees with the messages wherever these lead from scan to scan; no value if it may
+/// not agree. Only few scans are searched: the first one after each gap, and the last one.
+std::optional<calibration::Calibration> confirmation_of(
+    const DriveSamples& samples, const Beforehand& known, const SearchRequest& search, const Localizer& localizer,
+    Answers& answers)
+{
+	constexpr double kGap = 5;  // [s]
+	std::vector<std::size_t> searched = {0, samples.scans.size() - 1};
+	const auto time = [&](std::size_t i) { return logs::to_seconds(samples.scans[i].observation->timestamp); };
+	for (std::size_t i = 1; i + 1 < samples.scans.size(); i++)
+		if (time(i) - time(i - 1) > kGap) searched.push_back(i);
+	localize(samples, searched, search, localizer, answers);
+	const auto scans = calibration::follow(localizer.grid(), known.told, scans_of(samples, answers), samples.odometry);
+	const auto shown = calibration::calibrate(localizer.grid(), known.told, scans, samples.odometry, known.given);
+	const bool agrees = agreement_of(known.told, scans, samples.odometry) != calibration::Agreement::kContradicts;
+	return shown.is_confirmed && agrees ? std::optional(shown) : std::nullopt;
+}
+
+std::map<std::size_t, Localization> by_number(const DriveSamples& samples, const Answers& answers)
+{
+	std::map<std::size_t, Localization> found;
+	for (std::size_t i = 0; i < answers.size(); i++)
+		if (answers[i]) found.emplace(samples.numbers[i], *answers[i]);
+	return found;
+}
+}  // namespace
+
 DriveCalibration calibrate_by_drive(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
-    const Localizer& localizer)
+    const Localizer& localizer, bool is_brief)
 {
 	DriveCalibration result;
 	result.overrides = overrides;
 	const auto reader = logs::read_log(log, sensor.label, overrides);
 	DriveSamples samples = SampleChooser(sensor.label, sensor.scans).choose(*reader);
 	if (samples.scans.empty() || interrupted()) return result;
+	Answers answers(samples.scans.size());
+	Beforehand known = beforehand_of(samples, sensor, overrides);
+	if (const auto confirmed = is_brief ? confirmation_of(samples, known, search, localizer, answers) : std::nullopt)
+	{
+		result.found = *confirmed;
+		result.answers = by_number(samples, answers);
+		return result;
+	}
+	localize(samples, each(samples, 1), search, localizer, answers);
+	const auto as_told = by_number(samples, answers);
 	Mounting mounting;
-	Places places = places_of(samples, mounting, 1, search, localizer);
-	if (2 * found_of(places) < places.size())
+	if (2 * found_of(answers) < answers.size())
 	{
-		mounting = other_mounting(samples, sensor, overrides, search, localizer);
-		samples = mounted(std::move(samples), mounting);
-		places = places_of(samples, {}, 1, search, localizer);
+		mounting = other_mounting(samples, sensor, overrides, search, localizer, answers);
+		const bool is_other = !ros::entries_of(mounting.overrides).empty();
+		if (is_other)
+		{
+			samples = mounted(std::move(samples), mounting);
+			answers = Answers(samples.scans.size());
+			localize(samples, each(samples, 1), search, localizer, answers);
+			known = beforehand_of(samples, sensor, overrides);
+		}
 	}
-	std::vector<calibration::FoundScan> found;
-	std::vector<double> firsts, durations;
-	for (std::size_t i = 0; i < places.size(); i++)
-	{
-		if (!places[i]) continue;
-		const LoggedScan& scan = samples.scans[i];
-		found.push_back(calibration::found_scan(
-		    *scan.observation, laser_of(scan, samples.middle_angle), logs::to_seconds(scan.observation->timestamp),
-		    *places[i]));
-		firsts.push_back(scan.sweep.first_beam);
-		durations.push_back(scan.sweep.beam_step * (static_cast<double>(scan.observation->size()) - 1));
-	}
+	std::vector<calibration::FoundScan> found = scans_of(samples, answers);
+	found.erase(
+	    std::remove_if(found.begin(), found.end(), [](const auto& scan) { return !scan.is_found; }), found.end());
 	if (found.empty() || interrupted()) return result;
-	const CPose3D laser = laser_of(samples.scans.front(), samples.middle_angle);
-	const ros::SweepTime sweep{percentile(durations, 0.5), percentile(firsts, 0.5)};
-	const calibration::Reading told = ros::told_reading(laser, sweep, {});  // what is given is in the scans
-	calibration::Known known{};
-	if (overrides.sensor_pose || sensor.is_the_robot || !stays(samples))
-		known[calibration::kYaw] = known[calibration::kX] = known[calibration::kY] = true;
-	if (overrides.sweep || samples.has_times_of_scans)
-		known[calibration::kFirstBeam] = known[calibration::kDuration] = true;
-	known[calibration::kAngleScale] = overrides.beam_angles.has_value();
-	known[calibration::kRangeFactor] = overrides.range_factor.has_value();
-	std::vector<double> clocks;
-	if (!samples.lags.empty())
-		if (const double lag = percentile(samples.lags, 0.5); std::abs(lag) > 1) clocks.push_back(lag);
-	result.found = ros::calibrate_laser(
-	    localizer.grid(), told, found, samples.odometry, known, sensor.other_angles.has_value(), clocks);
+	result.found = calibration::calibrate(localizer.grid(), known.told, found, samples.odometry, known.given);
 	logs::Overrides& used = result.overrides;
 	static_cast<ros::Overrides&>(used) =
-	    ros::with_shown(mounting.over(overrides), result.found, *samples.scans.front().observation, laser);
+	    ros::with_shown(mounting.over(overrides), result.found, *samples.scans.front().observation, known.laser);
 	tell(sensor.label, mounting, result);
+	if (result.line.empty()) result.answers = as_told;
 	const bool is_contradicted =
 	    agreement_of(result.found.shown, found, samples.odometry) == calibration::Agreement::kContradicts;
 	if (is_contradicted && !sensor.is_the_robot)

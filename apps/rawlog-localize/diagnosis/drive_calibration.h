@@ -6,6 +6,8 @@
 #include <d2s1r/localizer.h>
 #include <logs/log.h>
 
+#include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -22,13 +24,16 @@ struct DriveCalibration
 	std::string
 	    doubt;         //!< why no pose is certain: the drive contradicts the messages, and not clearly what; else empty
 	std::string line;  //!< says what was found, how sure it is, and which options say the same; empty as `file`
+	/// Of scans that were localized as the messages say, by their numbers in the log, if nothing is changed.
+	std::map<std::size_t, Localization> answers{};
 };
 
-/// Localizes some tens of scans, spread over the log, wherever the robot moves, and calibrates the laser by them. What
-/// the command line gives stays as it is given. It hears interrupts, and then finds nothing.
+/// Calibrates the laser by some tens of scans, spread over the log, wherever the robot moves. What the command line
+/// gives stays as it is given. It hears interrupts, and then finds nothing.
+/// \param is_brief whether scans are not searched one by one if the messages lead from each to the next
 DriveCalibration calibrate_by_drive(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
-    const Localizer& localizer);
+    const Localizer& localizer, bool is_brief);
 
 /// Returns a picture (SVG) of how far returns end from the walls, and motions are from the odometry's, as told and as
 /// shown; empty if the drive shows nothing.

@@ -304,6 +304,7 @@ class FramePipeline
    private:
 	using Lock = std::unique_lock<std::mutex>;
 	using Task = void (FramePipeline::*)(Lock&);
+	using Answers = std::map<std::size_t, Localization>;
 
 	/// Returns what this thread can do; null if there is nothing until another thread has done its task.
 	Task choose() const
@@ -345,10 +346,17 @@ class FramePipeline
 		waiting_.pop_front();
 		lock.unlock();
 		job->scan = scan_of(*job, approach_.localizer.parameters().scan);
-		job->result = approach_.atlas ? approach_.atlas->localize(job->scan, approach_.query)
-		                              : approach_.localizer.localize(job->scan, approach_.query);
+		job->result = answer_to(*job);
 		lock.lock();
 		if (!interrupted()) item->unfinished--;  // else the search may have been stopped
+	}
+
+	Localization answer_to(const Job& job) const
+	{
+		if (approach_.atlas) return approach_.atlas->localize(job.scan, approach_.query);
+		const auto known = approach_.answers ? approach_.answers->find(job.frame) : Answers::const_iterator();
+		if (approach_.answers && known != approach_.answers->end()) return known->second;
+		return approach_.localizer.localize(job.scan, approach_.query);
 	}
 
 	void read(Lock& lock)

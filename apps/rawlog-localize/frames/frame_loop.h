@@ -4,7 +4,9 @@
 #include <d2s1r/atlas.h>
 #include <d2s1r/motion.h>
 
+#include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -31,6 +33,8 @@ struct Approach
 	TrackerCheck* tracker = nullptr;  //!< judges the tracker that ran then; null: there is none
 	bool calibrates = false;          //!< whether the drive is asked on the way how the laser must be read
 	std::string doubt{};              //!< why no pose is certain, however well a scan fits; empty: they are
+	/// Of scans that were localized before, by their numbers in the log; null: of none.
+	const std::map<std::size_t, Localization>* answers = nullptr;
 };
 
 /// Where everything goes, in the order of the rawlog.

@@ -25,20 +25,6 @@ calibration::Reading told_reading(const CPose3D& laser, const SweepTime& sweep, 
 	return told;
 }
 
-Calibration calibrate_laser(
-    const Grid& map, const calibration::Reading& told, const std::vector<calibration::FoundScan>& scans,
-    const std::vector<TimedPose>& odometry, calibration::Known known, bool are_angles_doubtful,
-    const std::vector<double>& clocks)
-{
-	constexpr double kLeast = 0.025;  // [-] a recorded drive of a laser of 240 deg seemed to be off by 0.011
-	Calibration shown = calibrate(map, told, scans, odometry, known, clocks);
-	const Finding& angles = shown.findings[calibration::kAngleScale];
-	const bool is_small = std::abs(angles.estimate - angles.told) < kLeast;
-	if (angles.verdict != Verdict::kChanged || are_angles_doubtful || !is_small) return shown;
-	known[calibration::kAngleScale] = true;
-	return calibrate(map, told, scans, odometry, known, clocks);
-}
-
 Overrides with_shown(Overrides given, const Calibration& shown, const RangeScan& scan, const CPose3D& laser)
 {
 	const auto is_changed = [&](Unknown unknown) { return shown.findings[unknown].verdict == Verdict::kChanged; };

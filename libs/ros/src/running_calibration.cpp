@@ -108,27 +108,28 @@ void RunningCalibration::add_odometry(const Readings& readings)
 	}
 }
 
-calibration::Known RunningCalibration::known(const RecordedScan& scan) const
+calibration::Given RunningCalibration::given_with(const RecordedScan& scan) const
 {
 	using namespace calibration;
-	Known known{};
+	Given given;
+	auto& known = given.known;
 	known[kYaw] = known[kX] = known[kY] = given_.sensor_pose.has_value();
 	// Odometry that has the times of scans has these whenever it was measured.
 	known[kFirstBeam] = known[kDuration] = given_.sweep || 2 * with_scans_ > odometry_.size();
 	known[kAngleScale] = given_.beam_angles || scan.is_cloud;
 	known[kRangeFactor] = given_.range_factor.has_value();
-	return known;
+	given.are_angles_doubtful = scan.are_angles_doubtful;
+	return given;
 }
 
 bool RunningCalibration::calibrate(const Grid& map, const RecordedScan& newest)
 {
 	next_ = scans_.size() + scans_.size() / 3;
-	const calibration::Known is_known = known(newest);
-	const calibration::Calibration found =
-	    calibrate_laser(map, told_, scans_, odometry_, is_known, newest.are_angles_doubtful);
+	const calibration::Given given = given_with(newest);
+	const calibration::Calibration found = calibration::calibrate(map, told_, scans_, odometry_, given);
 	const auto verdict = [&](calibration::Unknown unknown) { return found.findings[unknown].verdict; };
 	const bool is_mount_shown =
-	    is_known[calibration::kYaw] || verdict(calibration::kYaw) != calibration::Verdict::kNotShown;
+	    given.known[calibration::kYaw] || verdict(calibration::kYaw) != calibration::Verdict::kNotShown;
 	const bool is_moved = verdict(calibration::kX) == calibration::Verdict::kChanged ||
 	                      verdict(calibration::kY) == calibration::Verdict::kChanged;
 	if (is_moved && !is_mount_shown) return false;  // a robot that turns on the spot shows one of them for the other

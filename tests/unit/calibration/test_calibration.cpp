@@ -35,6 +35,48 @@ TEST(Calibration, ChangesNothingThatIsRight)
 	}
 }
 
+TEST(Calibration, ConfirmsMessagesThatAreRightAndNoOthers)
+{
+	int confirmed = 0;
+	for (unsigned seed = 1; seed <= 3; seed++)
+	{
+		DriveSettings settings;
+		settings.seed = seed;
+		confirmed += calibrate_drive(settings).is_confirmed;
+		settings.truth.first_beam = 0.06;
+		EXPECT_FALSE(calibrate_drive(settings).is_confirmed) << seed;
+		settings.truth.first_beam = 0;
+		settings.truth.laser.phi = 4 * kDegree;
+		EXPECT_FALSE(calibrate_drive(settings).is_confirmed) << seed;
+	}
+	EXPECT_EQ(confirmed, 3);
+}
+
+TEST(Calibration, FollowsScansAsLongAsTheMessagesLeadToWalls)
+{
+	const Grid map = make_floor();
+	DriveSettings settings;
+	settings.period = 0.5;
+	const SimulatedDrive drive = simulate_drive(map, settings);
+	std::vector<calibration::FoundScan> scans = drive.scans;
+	for (std::size_t i = 1; i < scans.size(); i++) scans[i].is_found = false, scans[i].laser = {};
+	const auto followed = calibration::follow(map, {}, scans, drive.odometry);
+	ASSERT_EQ(followed.size(), scans.size());
+	for (std::size_t i = 0; i < followed.size(); i++)
+	{
+		const auto off = followed[i].laser - drive.scans[i].laser;
+		EXPECT_LT(std::hypot(off.x, off.y), 0.06) << i;
+		EXPECT_LT(std::abs(off.phi), 0.02) << i;
+	}
+	EXPECT_TRUE(calibration::calibrate(map, {}, followed, drive.odometry).is_confirmed);
+	Reading turned;
+	turned.laser.phi = 180 * kDegree;
+	EXPECT_TRUE(calibration::follow(map, turned, scans, drive.odometry).empty());
+	scans.back().is_found = true;  // elsewhere
+	scans.back().laser = drive.scans.back().laser + mrpt::math::TPose2D(1, 0, 0);
+	EXPECT_TRUE(calibration::follow(map, {}, scans, drive.odometry).empty());
+}
+
 TEST(Calibration, FindsALaserThatIsTurnedAndLate)
 {
 	DriveSettings settings;

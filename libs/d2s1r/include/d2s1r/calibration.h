@@ -72,7 +72,8 @@ struct FoundScan
 	std::vector<RecordedBeam> returns;  //!< as they were recorded
 	float first_angle = 0;              //!< [rad] of the first beam
 	mrpt::math::TPose2D
-	    laser;  //!< in the map at its stamp, as it was found with the reading of the messages, m and rad
+	    laser;             //!< in the map at its stamp, as it was found with the reading of the messages, m and rad
+	bool is_found = true;  //!< else `laser` is not known, see follow()
 };
 
 /// Returns the pose of a frame as seen from above.
@@ -124,6 +125,7 @@ struct Calibration
 	std::vector<std::pair<Unknown, Unknown>> pairs;  //!< that the drive cannot tell apart
 	Residuals before;                                //!< by the messages
 	Residuals after;                                 //!< by `shown`
+	bool is_confirmed = false;                       //!< whether the drive shows that the messages are right
 	std::size_t scans = 0;                           //!< [-] that it rests on
 	std::size_t motions = 0;                         //!< [-] the same
 
@@ -145,14 +147,26 @@ enum class Agreement
 Agreement agreement_of(
     const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry);
 
-/// Says which unknowns are known for sure, and stay as they are told.
-using Known = std::array<bool, kUnknowns>;
+/// Finds scans where the messages lead from the scans before them: by the odometry, and on to the walls nearby. That is
+/// far cheaper than a search of the map. Those before the first scan that was found are left out, and those after a gap
+/// that odometry does not bridge. Returns no scans if the messages lead to where no walls are, or not to a later scan
+/// that was found: then they are wrong, or the map is.
+std::vector<FoundScan> follow(
+    const Grid& map, const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry);
 
-/// Returns what a drive shows. Deterministic; takes about as long as it takes to localize the scans.
+/// Says what else is known.
+struct Given
+{
+	std::array<bool, kUnknowns> known{};  //!< by Unknown: stays as it is told, for sure
+	bool are_angles_doubtful = false;     //!< whether fields of the messages tell different angles
+	std::vector<double> clocks{};         //!< [s] by which the odometry's clock may differ, beside 0 and a few seconds
+};
+
+/// Returns what a drive shows. Deterministic. It takes some milliseconds if the drive confirms the messages, and about
+/// as long as it takes to localize the scans else.
 /// \param scans by increasing time, wherever the robot turns and drives, some tens of them
 /// \param odometry robot in the odometry's frame, by increasing time [s] by its clock
-/// \param clocks [s] by which the odometry's clock may differ from that of the scans, beside 0 and a few seconds
 Calibration calibrate(
     const Grid& map, const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,
-    const Known& known = {}, const std::vector<double>& clocks = {});
+    const Given& given = {});
 }  // namespace d2s1r::calibration

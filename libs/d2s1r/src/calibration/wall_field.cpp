@@ -35,24 +35,43 @@ std::vector<float> WallField::make_tile(int tile_column, int tile_row) const
 			const bool here = is_wall(column + kReach, row + kReach);
 			const std::vector<int>& along = here ? to_open : to_wall;
 			int square = kFar * kFar;
-			for (int u = -kReach; u <= kReach; u++)
-			{
-				const int v = along[at(column + kReach + u, row + kReach)];
-				square = std::min(square, u * u + v * v);
-			}
+			for (int u = 0; u <= kReach && u * u < square; u++)
+				for (const int beside : {column + kReach - u, column + kReach + u})
+				{
+					const int v = along[at(beside, row + kReach)];
+					square = std::min(square, u * u + v * v);
+				}
 			const float distance = std::sqrt(static_cast<float>(square)) - 0.5F;  // to the edge of a cell
 			tile[static_cast<std::size_t>(row * kTile + column)] = here ? -distance : distance;
 		}
 	return tile;
 }
 
+const std::vector<float>& WallField::tile(int column, int row)
+{
+	auto& tile = tiles_[static_cast<std::size_t>((row + 1) * columns_ + column + 1)];
+	if (tile.empty()) tile = make_tile(column, row);
+	return tile;
+}
+
 float WallField::cell(int column, int row)
 {
-	static_assert(kReach <= kTile);
 	const int tile_column = (column + kTile) / kTile - 1, tile_row = (row + kTile) / kTile - 1;
-	auto& tile = tiles_[static_cast<std::size_t>((tile_row + 1) * columns_ + tile_column + 1)];
-	if (tile.empty()) tile = make_tile(tile_column, tile_row);
-	return tile[static_cast<std::size_t>((row - tile_row * kTile) * kTile + column - tile_column * kTile)];
+	return tile(
+	    tile_column,
+	    tile_row)[static_cast<std::size_t>((row - tile_row * kTile) * kTile + column - tile_column * kTile)];
+}
+
+std::array<double, 4> WallField::corners(int column, int row)
+{
+	static_assert(kReach <= kTile && (kTile & (kTile - 1)) == 0);
+	const int left = (column + kTile) % kTile, below = (row + kTile) % kTile;
+	if (left + 1 < kTile && below + 1 < kTile)
+	{
+		const float* const at = tile((column - left) / kTile, (row - below) / kTile).data() + below * kTile + left;
+		return {at[0], at[1], at[kTile], at[kTile + 1]};
+	}
+	return {cell(column, row), cell(column + 1, row), cell(column, row + 1), cell(column + 1, row + 1)};
 }
 
 WallDistance WallField::at(double x, double y)
@@ -62,7 +81,7 @@ WallDistance WallField::at(double x, double y)
 		return {kReach * map_.cell_size, 0, 0};
 	const int i = static_cast<int>(std::floor(column)), j = static_cast<int>(std::floor(row));
 	const double u = column - i, v = row - j;
-	const double a = cell(i, j), b = cell(i + 1, j), c = cell(i, j + 1), d = cell(i + 1, j + 1);
+	const auto [a, b, c, d] = corners(i, j);
 	const double lower = a + (b - a) * u, upper = c + (d - c) * u;
 	return {map_.cell_size * (lower + (upper - lower) * v), (b - a) * (1 - v) + (d - c) * v, upper - lower};
 }

@@ -3,6 +3,7 @@
 
 #include <d2s1r/grid.h>
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -35,7 +36,10 @@ class WallField
    private:
 	static constexpr int kTile = 32;  //!< [cells]
 
+	const std::vector<float>& tile(int column, int row);
 	float cell(int column, int row);
+	/// Returns this cell, the one on its right, and the two above.
+	std::array<double, 4> corners(int column, int row);
 	std::vector<float> make_tile(int tile_column, int tile_row) const;
 
 	const Grid& map_;

@@ -14,14 +14,6 @@ namespace d2s1r::ros
 /// Returns what messages say of a laser. \param laser its frame on the robot
 calibration::Reading told_reading(const mrpt::poses::CPose3D& laser, const SweepTime& sweep, const Overrides& given);
 
-/// Returns what a drive shows of a laser, see calibration::calibrate(). Angles that the messages do not contradict
-/// themselves in are only changed by more than maps and lasers are wrong by.
-/// \param are_angles_doubtful whether fields of the messages tell different angles
-calibration::Calibration calibrate_laser(
-    const Grid& map, const calibration::Reading& told, const std::vector<calibration::FoundScan>& scans,
-    const std::vector<TimedPose>& odometry, calibration::Known known, bool are_angles_doubtful,
-    const std::vector<double>& clocks = {});
-
 /// Returns the given overrides with what a drive shows, where it contradicts the messages.
 /// \param scan of the laser, as it was recorded \param laser its frame on the robot by the messages
 Overrides with_shown(

@@ -21,7 +21,7 @@ struct RecordedScan
 	mrpt::poses::CPose3D laser;  //!< its frame on the robot
 	SweepTime sweep;
 	bool is_cloud = false;
-	bool are_angles_doubtful = false;  //!< see calibrate_laser()
+	bool are_angles_doubtful = false;  //!< see calibration::Given
 };
 
 /// Collects scans that were found in the map while the robot drives, and calibrates the laser by them. Messages are
@@ -66,7 +66,7 @@ class RunningCalibration
 
 	void add_odometry(const Readings& readings);
 	bool calibrate(const Grid& map, const RecordedScan& newest);
-	calibration::Known known(const RecordedScan& scan) const;
+	calibration::Given given_with(const RecordedScan& scan) const;
 
 	Overrides given_, in_use_;
 	bool is_on_;

@@ -200,6 +200,22 @@ TEST_F(TurningRobotOfALog, PoseIsThatOfTheStampByTheOdometryBetweenTheBeams)
 	}
 }
 
+TEST_F(TurningRobotOfALog, AnswersThatAreThereAreNotSearchedAgain)
+{
+	Localization known;
+	known.status = Status::kRejected;
+	known.note = "answered before";
+	const std::map<std::size_t, Localization> answers = {{2, known}};
+	for (const int threads : {1, 2})
+	{
+		Approach approach = {localizer_, {}, {}, false, nullptr, threads};
+		approach.answers = &answers;
+		const auto frames = frames_of(turning_log(), approach, spin_);
+		ASSERT_EQ(frames.size(), 4U);
+		for (const Frame& frame : frames) EXPECT_EQ(frame.result.note == known.note, frame.index == 2);
+	}
+}
+
 /// Nobody tells the motion, so that the scan stays twisted: what is called localized must be right within its
 /// deviation.
 TEST_F(TurningRobotOfALog, WithoutOdometryTheStandardDeviationTellsTheMotion)

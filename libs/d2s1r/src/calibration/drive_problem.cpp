@@ -1,0 +1,414 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/drive_problem.h"
+
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r::calibration
+{
+using mrpt::math::TPose2D;
+using mrpt::math::wrapToPi;
+
+double& value_in(Reading& reading, std::size_t unknown)
+{
+	const std::array<double*, kUnknowns> values = {&reading.laser.phi,    &reading.laser.x,   &reading.laser.y,
+	                                               &reading.first_beam,   &reading.duration,  &reading.angle_scale,
+	                                               &reading.range_factor, &reading.way_scale, &reading.turn_scale};
+	return *values[unknown];
+}
+
+double difference(std::size_t unknown, double a, double b)
+{
+	return unknown == kYaw ? wrapToPi(a - b) : a - b;
+}
+
+std::optional<TPose2D> Track::at(double time) const
+{
+	const auto after = std::lower_bound(
+	    poses_.begin(), poses_.end(), time, [](const TimedPose& pose, double t) { return pose.time < t; });
+	if (after == poses_.end() || (after == poses_.begin() && after->time > time)) return std::nullopt;
+	if (after == poses_.begin()) return after->robot;
+	const TPose2D &a = std::prev(after)->robot, &b = after->robot;
+	const double share = (time - std::prev(after)->time) / (after->time - std::prev(after)->time);
+	return TPose2D(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.phi + share * wrapToPi(b.phi - a.phi));
+}
+
+std::optional<TPose2D> Track::recorded_motion(const Reading& reading, double from, double to) const
+{
+	const auto a = at(from + reading.odometry_clock), b = at(to + reading.odometry_clock);
+	return a && b ? std::optional(*b - *a) : std::nullopt;
+}
+
+namespace
+{
+/// Returns a motion of the odometry as a reading has it.
+TPose2D as_read(const Reading& reading, const TPose2D& recorded)
+{
+	const double side = reading.is_odometry_mirrored ? -1 : 1;
+	return {
+	    reading.way_scale * recorded.x, side * reading.way_scale * recorded.y,
+	    side * reading.turn_scale * wrapToPi(recorded.phi)};
+}
+}  // namespace
+
+std::optional<TPose2D> Track::motion(const Reading& reading, double from, double to) const
+{
+	const auto recorded = recorded_motion(reading, from, to);
+	return recorded ? std::optional(as_read(reading, *recorded)) : std::nullopt;
+}
+
+TPose2D Track::motion_of_laser(const Reading& reading, double from, double to) const
+{
+	const auto robot = motion(reading, from, to);
+	return robot ? (*robot + reading.laser) - reading.laser : TPose2D();
+}
+
+Normal::Normal(std::size_t count)
+    : scans(count, Eigen::Matrix3d::Zero()),
+      motions(count, Eigen::Matrix3d::Zero()),
+      scans_with_globals(count, Eigen::Matrix<double, 3, kGlobals>::Zero()),
+      gradient(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kGlobals + 3 * count)))
+{
+}
+
+Eigen::MatrixXd Normal::solve(const Eigen::MatrixXd& right, double damping) const
+{
+	Eigen::MatrixXd x = right;
+	const auto of_globals = x.topRows(kGlobals);
+	const auto of_scan = [&](std::size_t k) { return x.middleRows(static_cast<Eigen::Index>(kGlobals + 3 * k), 3); };
+	auto left = *this;  // after the poses that were eliminated
+	for (Eigen::Matrix3d& scan : left.scans) scan.diagonal() *= 1 + damping;
+	left.globals.diagonal() *= 1 + damping;
+	std::vector<Eigen::Matrix3d> inverses;
+	for (std::size_t k = 0; k < scans.size(); k++)
+	{
+		inverses.push_back(left.scans[k].inverse());
+		const Eigen::Matrix<double, 3, kGlobals> solved = inverses[k] * left.scans_with_globals[k];
+		left.globals -= left.scans_with_globals[k].transpose() * solved;
+		x.topRows(kGlobals) -= solved.transpose() * of_scan(k);
+		if (k + 1 == scans.size()) break;
+		const Eigen::Matrix3d next = inverses[k] * motions[k];
+		left.scans[k + 1] -= motions[k].transpose() * next;
+		left.scans_with_globals[k + 1] -= motions[k].transpose() * solved;
+		of_scan(k + 1) -= next.transpose() * of_scan(k);
+	}
+	x.topRows(kGlobals) = left.globals.llt().solve(of_globals.eval());
+	for (std::size_t k = scans.size(); k-- > 0;)
+	{
+		Eigen::MatrixXd rest = of_scan(k) - left.scans_with_globals[k] * of_globals;
+		if (k + 1 < scans.size()) rest -= motions[k] * of_scan(k + 1);
+		of_scan(k) = inverses[k] * rest;
+	}
+	return x;
+}
+
+namespace
+{
+void add_prior(std::size_t i, double weight, double off, Normal& sums)
+{
+	const auto at = static_cast<Eigen::Index>(i);
+	sums.globals(at, at) += weight;
+	sums.gradient[at] += weight * off;
+	sums.cost += 0.5 * weight * off * off;
+}
+
+/// Adds a group of residuals to the sums. Its columns are those of `Scans` poses from scan k on, then of some globals.
+template <int Scans, std::size_t Globals>
+void add_group(
+    const Eigen::Matrix<double, 3 * Scans + static_cast<int>(Globals), 3 * Scans + static_cast<int>(Globals)>& matrix,
+    const Eigen::Matrix<double, 3 * Scans + static_cast<int>(Globals), 1>& gradient, std::size_t k,
+    const std::array<std::size_t, Globals>& globals, std::size_t group, Normal& sums)
+{
+	const auto add_gradient = [&](Eigen::Index where, double value)
+	{
+		sums.gradient[where] += value;
+		if (sums.groups.size() > 0) sums.groups(where, static_cast<Eigen::Index>(group)) += value;
+	};
+	for (int s = 0; s < Scans; s++)
+	{
+		const std::size_t scan = k + static_cast<std::size_t>(s);
+		sums.scans[scan] += matrix.template block<3, 3>(3 * s, 3 * s);
+		for (int i = 0; i < 3; i++)
+			add_gradient(static_cast<Eigen::Index>(kGlobals + 3 * scan) + i, gradient[3 * s + i]);
+		for (std::size_t j = 0; j < Globals; j++)
+			sums.scans_with_globals[scan].col(static_cast<Eigen::Index>(globals[j])) +=
+			    matrix.template block<3, 1>(3 * s, 3 * Scans + static_cast<int>(j));
+	}
+	if constexpr (Scans == 2) sums.motions[k] += matrix.template block<3, 3>(0, 3);
+	for (std::size_t i = 0; i < Globals; i++)
+	{
+		const auto row = static_cast<Eigen::Index>(globals[i]);
+		const int of_row = 3 * Scans + static_cast<int>(i);
+		add_gradient(row, gradient[of_row]);
+		for (std::size_t j = 0; j < Globals; j++)
+			sums.globals(row, static_cast<Eigen::Index>(globals[j])) += matrix(of_row, 3 * Scans + static_cast<int>(j));
+	}
+}
+}  // namespace
+
+std::pair<double, double> robust(double square, double bound)
+{
+	const double share = bound * bound / (bound * bound + square);
+	return {0.5 * square * share, share * share};
+}
+
+State Problem::start(const Reading& reading) const
+{
+	State state{reading, {}};
+	for (const FoundScan& scan : scans_)
+		state.lasers.push_back(scan.laser + track_.motion_of_laser(told_, scan.time, scan.time + told_.middle()));
+	return state;
+}
+
+Normal Problem::normal(const State& state, bool with_groups)
+{
+	constexpr double kOffset = 0.05, kFixed = 1e-6;  // [m], [units of Unknown] standard deviations
+	Normal sums(scans_.size());
+	if (with_groups) sums.groups.setZero(sums.gradient.size(), static_cast<Eigen::Index>(2 * scans_.size()));
+	for (std::size_t i = 0; i < kUnknowns; i++)
+	{
+		const double off =
+		    difference(i, value_of(state.reading, static_cast<Unknown>(i)), value_of(told_, static_cast<Unknown>(i)));
+		add_prior(i, std::pow(is_free[i] ? kScales[i].before : kFixed, -2), off, sums);
+	}
+	add_prior(kUnknowns, std::pow(kOffset, -2), state.offset, sums);
+	for (std::size_t k = 0; k < scans_.size(); k++) add_walls(state, k, sums);
+	for (std::size_t k = 0; k + 1 < scans_.size(); k++) add_motion(state, k, sums);
+	return sums;
+}
+
+/// Returns the state after a step.
+State Problem::moved(State state, const Eigen::VectorXd& step) const
+{
+	for (std::size_t i = 0; i < kUnknowns; i++) value_in(state.reading, i) += step[static_cast<Eigen::Index>(i)];
+	state.offset += step[kUnknowns];
+	for (std::size_t k = 0; k < scans_.size(); k++)
+		for (std::size_t i = 0; i < 3; i++) state.lasers[k][i] += step[static_cast<Eigen::Index>(kGlobals + 3 * k + i)];
+	return state;
+}
+
+double Problem::improve(State& state, int steps)
+{
+	constexpr double kGain = 0.01;  // [nat] below which it ends
+	double damping = 1e-3;
+	Normal sums = normal(state);
+	for (int i = 0; i < steps; i++)
+	{
+		State next = moved(state, sums.solve(-sums.gradient, damping));
+		Normal then = normal(next);
+		const double gain = sums.cost - then.cost;
+		damping = gain > 0 ? std::max(1e-6, 0.1 * damping) : 10 * damping;
+		if (gain > 0) state = std::move(next), sums = std::move(then);
+		if (std::abs(gain) < kGain || damping > 1e6) break;
+	}
+	return sums.cost;
+}
+
+Settled Problem::settle(TPose2D laser, std::size_t k)
+{
+	constexpr double kOff = 0.1, kOffTurn = 0.05, kAtWall = 0.12;  // [m], [rad] of the pose, [m] of a return
+	constexpr int kSteps = 6;
+	const TPose2D about = laser;
+	const std::vector<Point> seen = points(told_, k);
+	const auto all = static_cast<double>(std::max<std::size_t>(seen.size(), 1));
+	const double share = std::min(1.0, noise.independent_returns / all);
+	std::size_t at_walls = 0;
+	for (int step = 0; step < kSteps; step++)
+	{
+		const double bound = step < kSteps / 2 ? 12 : 3;  // [standard deviations]
+		const Eigen::Vector3d weights(std::pow(kOff, -2), std::pow(kOff, -2), std::pow(kOffTurn, -2));
+		const Eigen::Vector3d off(laser.x - about.x, laser.y - about.y, wrapToPi(laser.phi - about.phi));
+		Eigen::Matrix3d matrix = weights.asDiagonal();
+		Eigen::Vector3d gradient = weights.cwiseProduct(off);
+		const double c = std::cos(laser.phi), s = std::sin(laser.phi);
+		at_walls = 0;
+		for (const Point& point : seen)
+		{
+			const double x = c * point.at.x() - s * point.at.y(), y = s * point.at.x() + c * point.at.y();
+			const WallDistance wall = walls_.at(laser.x + x, laser.y + y);
+			at_walls += std::abs(wall.value) < kAtWall;
+			const double error = wall.value / noise.wall;
+			const double weight = share * robust(error * error, bound).second;
+			const Eigen::Vector3d row =
+			    Eigen::Vector3d(wall.gradient_x, wall.gradient_y, wall.gradient_y * x - wall.gradient_x * y) /
+			    noise.wall;
+			matrix += weight * row * row.transpose();
+			gradient += weight * error * row;
+		}
+		const Eigen::Vector3d move = matrix.llt().solve(gradient);
+		laser = TPose2D(laser.x - move.x(), laser.y - move.y(), laser.phi - move.z());
+	}
+	return {laser, static_cast<double>(at_walls) / all};
+}
+
+bool Problem::is_motion(std::size_t k) const
+{
+	constexpr double kLongest = 5;  // [s]
+	return k + 1 < scans_.size() && scans_[k + 1].time - scans_[k].time < kLongest;
+}
+
+std::optional<Eigen::Vector3d> Problem::motion_error(const State& state, std::size_t k, double of_poses) const
+{
+	return motion_error(
+	    state.reading, state.lasers[k], state.lasers[k + 1], scans_[k].time, scans_[k + 1].time, of_poses);
+}
+
+std::optional<Eigen::Vector3d> Problem::motion_error(
+    const Reading& reading, const TPose2D& from, const TPose2D& to, double from_stamp, double to_stamp,
+    double of_poses) const
+{
+	const auto recorded = track_.recorded_motion(reading, from_stamp + reading.middle(), to_stamp + reading.middle());
+	return recorded ? std::optional(motion_error(reading, *recorded, from, to, of_poses)) : std::nullopt;
+}
+
+/// \param recorded motion of the robot by the odometry
+Eigen::Vector3d Problem::motion_error(
+    const Reading& reading, const TPose2D& recorded, const TPose2D& from, const TPose2D& to, double of_poses) const
+{
+	constexpr double kAlong = 0.05, kAcross = 0.01, kOfTurn = 0.05, kTurnOfWay = 0.02;  // [-], [-], [-], [rad/m]
+	constexpr double kLeastWay = 0.005, kLeastTurn = 0.004;                             // [m], [rad]
+	const TPose2D robot = as_read(reading, recorded);
+	const TPose2D laser = (robot + reading.laser) - reading.laser, seen = to - from;
+	const double way = std::hypot(robot.x, robot.y), turn = std::abs(robot.phi);
+	const double of_turn = noise.turn * std::hypot(kOfTurn * turn, kTurnOfWay * way);
+	const double lever = std::hypot(reading.laser.x, reading.laser.y) * of_turn;
+	const double along = noise.way * kAlong * way, across = std::hypot(noise.way * kAcross * way, 0.5 * of_turn * way);
+	const double direction = std::atan2(robot.y, robot.x) - reading.laser.phi;  // of the way, in the laser's frame
+	const Eigen::Vector2d off(seen.x - laser.x, seen.y - laser.y), ahead(std::cos(direction), std::sin(direction));
+	const auto deviation = [&](double a, double least, double b)
+	{ return std::sqrt(a * a + least * least + b * b + of_poses * of_poses); };
+	return {
+	    ahead.dot(off) / deviation(along, kLeastWay, lever),
+	    (ahead.x() * off.y() - ahead.y() * off.x()) / deviation(across, kLeastWay, lever),
+	    wrapToPi(seen.phi - laser.phi) / deviation(of_turn, kLeastTurn, 0)};
+}
+
+std::optional<TPose2D> Problem::motion_off(const State& state, std::size_t k) const
+{
+	const double start = scans_[k].time + state.reading.middle(), end = scans_[k + 1].time + state.reading.middle();
+	if (!track_.motion(state.reading, start, end)) return std::nullopt;
+	return (state.lasers[k + 1] - state.lasers[k]) - track_.motion_of_laser(state.reading, start, end);
+}
+
+std::vector<Problem::Point> Problem::points(const Reading& reading, std::size_t k) const
+{
+	constexpr int kKnots = 8;
+	constexpr double kStep = 0.01;  // [s]
+	const FoundScan& scan = scans_[k];
+	const double middle = scan.time + reading.middle();
+	const auto laser_at = [&](double share, double duration)
+	{ return track_.motion_of_laser(reading, middle, middle + (share - 0.5) * duration); };
+	std::array<TPose2D, kKnots + 1> knots, later;
+	for (int i = 0; i <= kKnots; i++)
+	{
+		knots[static_cast<std::size_t>(i)] = laser_at(static_cast<double>(i) / kKnots, reading.duration);
+		later[static_cast<std::size_t>(i)] = laser_at(static_cast<double>(i) / kKnots, reading.duration + kStep);
+	}
+	const auto between = [](const std::array<TPose2D, kKnots + 1>& poses, double share)
+	{
+		const auto i = std::min<std::size_t>(kKnots - 1, static_cast<std::size_t>(share * kKnots));
+		const double u = share * kKnots - static_cast<double>(i);
+		const TPose2D &a = poses[i], &b = poses[i + 1];
+		return TPose2D(a.x + u * (b.x - a.x), a.y + u * (b.y - a.y), a.phi + u * (b.phi - a.phi));
+	};
+	std::vector<Point> found;
+	found.reserve(scan.returns.size());
+	const auto first = static_cast<double>(scan.first_angle);
+	for (const RecordedBeam& beam : scan.returns)
+	{
+		const double share = static_cast<double>(beam.share), range = static_cast<double>(beam.range);
+		const double opening = static_cast<double>(beam.angle) - first;
+		const double angle = first + reading.angle_scale * opening;
+		const TPose2D laser = between(knots, share), then = between(later, share);
+		const Eigen::Vector2d ahead(std::cos(laser.phi + angle), std::sin(laser.phi + angle));
+		const double length = reading.range_factor * range;
+		Point point;
+		point.at = Eigen::Vector2d(laser.x, laser.y) + length * ahead;
+		const Eigen::Vector2d left(-ahead.y(), ahead.x());
+		point.derivative.col(0) =
+		    (Eigen::Vector2d(then.x - laser.x, then.y - laser.y) + length * (then.phi - laser.phi) * left) / kStep;
+		point.derivative.col(1) = length * opening * left;
+		point.derivative.col(2) = range * ahead;
+		found.push_back(point);
+	}
+	return found;
+}
+
+WallDistance Problem::wall_at(const TPose2D& laser, const Eigen::Vector2d& point)
+{
+	const auto in_map = laser.composePoint({point.x(), point.y()});
+	return walls_.at(in_map.x, in_map.y);
+}
+
+void Problem::add_walls(const State& state, std::size_t k, Normal& sums)
+{
+	constexpr double kBound = 3;  // [standard deviations]
+	Eigen::Matrix<double, 7, 7> matrix = Eigen::Matrix<double, 7, 7>::Zero();
+	Eigen::Matrix<double, 7, 1> gradient = Eigen::Matrix<double, 7, 1>::Zero(), row;
+	const std::vector<Point> seen = points(state.reading, k);
+	const double all = static_cast<double>(std::max<std::size_t>(seen.size(), 1));
+	const double share = std::min(1.0, noise.independent_returns / all);
+	const double c = std::cos(state.lasers[k].phi), s = std::sin(state.lasers[k].phi);
+	for (const Point& point : seen)
+	{
+		const double x = c * point.at.x() - s * point.at.y(), y = s * point.at.x() + c * point.at.y();
+		const WallDistance wall = walls_.at(state.lasers[k].x + x, state.lasers[k].y + y);
+		const double error = (wall.value - state.offset) / noise.wall;
+		const auto [cost, weight] = robust(error * error, kBound * noise.kernel);
+		sums.cost += share * cost;
+		const Eigen::RowVector2d toward(
+		    c * wall.gradient_x + s * wall.gradient_y, c * wall.gradient_y - s * wall.gradient_x);
+		row.head<3>() << wall.gradient_x, wall.gradient_y, wall.gradient_y * x - wall.gradient_x * y;
+		row.segment<3>(3) = (toward * point.derivative).transpose();
+		row[6] = -1;
+		row /= noise.wall;
+		matrix += share * weight * row * row.transpose();
+		gradient += share * weight * error * row;
+	}
+	add_group<1, 4>(matrix, gradient, k, {kDuration, kAngleScale, kRangeFactor, kUnknowns}, k, sums);
+}
+
+void Problem::add_motion(const State& state, std::size_t k, Normal& sums) const
+{
+	constexpr int kColumns = 6 + 7;
+	constexpr double kBound = 4;                      // [standard deviations]
+	constexpr double kStep = 1e-5, kTimeStep = 0.01;  // of all units; [s], in which odometry has moved on
+	constexpr std::array<std::size_t, 7> kOfMotion = {kYaw, kX, kY, kFirstBeam, kDuration, kWayScale, kTurnScale};
+	if (!is_motion(k)) return;
+	const double from = scans_[k].time + state.reading.middle(), to = scans_[k + 1].time + state.reading.middle();
+	const auto recorded = track_.recorded_motion(state.reading, from, to);
+	if (!recorded)
+	{
+		sums.cost += std::pow(kBound * noise.kernel, 2);  // as much as a way and a turn that contradict it
+		return;
+	}
+	const TPose2D later = track_.recorded_motion(state.reading, from + kTimeStep, to + kTimeStep).value_or(*recorded);
+	const Eigen::Vector3d error = motion_error(state.reading, *recorded, state.lasers[k], state.lasers[k + 1], 0);
+	Eigen::Matrix<double, 3, kColumns> rows;
+	for (std::size_t i = 0; i < kColumns; i++)
+	{
+		Reading reading = state.reading;
+		std::array<TPose2D, 2> lasers = {state.lasers[k], state.lasers[k + 1]};
+		const std::size_t unknown = i < 6 ? kUnknowns : kOfMotion[i - 6];
+		const bool is_first = unknown == kFirstBeam, is_time = is_first || unknown == kDuration;
+		if (!is_time) (i < 6 ? lasers[i / 3][i % 3] : value_in(reading, unknown)) += kStep;
+		const double step = is_first ? kTimeStep : is_time ? 2 * kTimeStep : kStep;  // middle() has half of a duration
+		const Eigen::Vector3d then = motion_error(reading, is_time ? later : *recorded, lasers[0], lasers[1], 0);
+		rows.col(static_cast<Eigen::Index>(i)) = (then - error) / step;
+	}
+	Eigen::Matrix<double, kColumns, kColumns> matrix = Eigen::Matrix<double, kColumns, kColumns>::Zero();
+	Eigen::Matrix<double, kColumns, 1> gradient = Eigen::Matrix<double, kColumns, 1>::Zero();
+	const auto add_rows = [&](int first, int count)
+	{
+		const auto [cost, weight] = robust(error.segment(first, count).squaredNorm(), kBound * noise.kernel);
+		sums.cost += cost;
+		matrix += weight * rows.middleRows(first, count).transpose() * rows.middleRows(first, count);
+		gradient += weight * rows.middleRows(first, count).transpose() * error.segment(first, count);
+	};
+	add_rows(0, 2);
+	add_rows(2, 1);
+	add_group<2, 7>(matrix, gradient, k, kOfMotion, scans_.size() + k, sums);
+}
+}  // namespace d2s1r::calibration

@@ -1,0 +1,159 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/starts.h"
+
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r::calibration
+{
+using mrpt::math::wrapToPi;
+
+double median_of(std::vector<double> values)
+{
+	if (values.empty()) return 0;
+	const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+	std::nth_element(values.begin(), middle, values.end());
+	return *middle;
+}
+
+std::pair<double, double> motion_costs(const Problem& problem, const State& state)
+{
+	constexpr double kBound = 4, kOfPoses = 0.04;  // [standard deviations], [m] [rad] of poses that were not improved
+	double all = 0, turns = 0;
+	for (std::size_t k = 0; k + 1 < problem.scans(); k++)
+	{
+		if (!problem.is_motion(k)) continue;
+		const auto error = problem.motion_error(state, k, kOfPoses);
+		const double none = 0.5 * kBound * kBound;
+		turns += error ? robust(error->z() * error->z(), kBound).first : none;
+		all += error ? robust(error->head<2>().squaredNorm(), kBound).first : none;
+	}
+	return {all + turns, turns};
+}
+
+namespace
+{
+struct Start
+{
+	Reading reading;
+	double cost;  //!< [nat]
+};
+
+/// Returns the most likely readings by the motions between the scans as they were found, beside that of the messages.
+std::vector<Reading> likely_readings(const Problem& problem, const Reading& told, std::vector<double> clocks)
+{
+	constexpr double kWidest = 5, kClockStep = 0.1, kYawStep = 5 * kDegree;  // [s], [s], [rad]
+	constexpr double kOfLaser = 0.35;  // [s] by which a laser may be late; more is another clock
+	constexpr std::size_t kKept = 4, kStarts = 3;
+	for (int i = 1; i * kClockStep <= kWidest; i++) clocks.push_back(i * kClockStep), clocks.push_back(-i * kClockStep);
+	const State found = problem.start(told);
+	std::vector<Start> by_turns;
+	const auto try_turns = [&](double clock, bool is_mirrored)
+	{
+		State state = found;
+		state.reading.is_odometry_mirrored = is_mirrored;
+		(std::abs(clock) < kOfLaser ? state.reading.first_beam : state.reading.odometry_clock) += clock;
+		by_turns.push_back({state.reading, motion_costs(problem, state).second});
+	};
+	for (const double clock : clocks)
+		for (const bool is_mirrored : {false, true}) try_turns(clock, is_mirrored);
+	const auto is_less = [](const Start& a, const Start& b) { return a.cost < b.cost; };
+	std::stable_sort(by_turns.begin(), by_turns.end(), is_less);
+	by_turns.resize(std::min(kKept, by_turns.size()));
+	try_turns(0, false);
+	try_turns(0, true);
+	std::vector<Start> starts;
+	for (const Start& start : by_turns)
+		for (double turn = 0; turn < 2 * M_PI; turn += kYawStep)
+		{
+			State state = found;
+			state.reading = start.reading;
+			state.reading.laser.phi = wrapToPi(told.laser.phi + turn);
+			starts.push_back({state.reading, motion_costs(problem, state).first});
+		}
+	std::stable_sort(starts.begin(), starts.end(), is_less);
+	std::vector<Reading> best = {told};
+	for (const Start& start : starts)
+	{
+		const auto is_near = [&](const Reading& other)
+		{
+			return start.reading.is_odometry_mirrored == other.is_odometry_mirrored &&
+			       std::abs(start.reading.odometry_clock - other.odometry_clock) < 2 * kClockStep &&
+			       std::abs(wrapToPi(start.reading.laser.phi - other.laser.phi)) < 3 * kYawStep;
+		};
+		if (best.size() <= kStarts && std::none_of(best.begin(), best.end(), is_near)) best.push_back(start.reading);
+	}
+	best.erase(best.begin());
+	return best;
+}
+}  // namespace
+
+void learn_noise(Problem& problem, const State& state)
+{
+	constexpr double kMedianOfOne = 0.67, kMedianOfTwo = 1.18;  // [standard deviations] of a normal distribution
+	constexpr double kLeast = 0.3, kMost = 6;                   // [-]
+	std::vector<double> ways, turns;
+	for (std::size_t k = 0; k + 1 < problem.scans(); k++)
+	{
+		if (!problem.is_motion(k)) continue;
+		const auto error = problem.motion_error(state, k);
+		if (!error) continue;
+		ways.push_back(error->head<2>().norm());
+		turns.push_back(std::abs(error->z()));
+	}
+	if (ways.empty()) return;
+	problem.noise.way = std::clamp(problem.noise.way * median_of(ways) / kMedianOfTwo, kLeast, kMost);
+	problem.noise.turn = std::clamp(problem.noise.turn * median_of(turns) / kMedianOfOne, kLeast, kMost);
+}
+
+Fit fit(Problem& problem, const Reading& reading)
+{
+	Fit found{problem.start(reading), 0};
+	found.cost = refit(problem, found.state, 8);
+	return found;
+}
+
+double refit(Problem& problem, State& state, int steps)
+{
+	problem.noise.kernel = 4;
+	problem.improve(state, steps);
+	problem.noise.kernel = 1;
+	return problem.improve(state, steps);
+}
+
+State best_fit(Problem& problem, const Reading& told, const std::vector<double>& clocks)
+{
+	Fit best = fit(problem, told);
+	const auto try_start = [&](const Reading& reading, double handicap)
+	{
+		Fit other = fit(problem, reading);
+		other.cost += handicap;
+		if (other.cost < best.cost) best = std::move(other);
+	};
+	for (const Reading& start : likely_readings(problem, told, clocks))
+	{
+		const bool is_told =
+		    start.is_odometry_mirrored == told.is_odometry_mirrored && start.odometry_clock == told.odometry_clock;
+		try_start(start, is_told ? 0 : kClear);
+	}
+	const Reading with_told_sweep = best.state.reading;
+	for (const double duration : {0.0, 0.1, -0.1, 0.2, -0.2})
+	{
+		if (!problem.is_free[kDuration]) break;
+		Reading reading = with_told_sweep;
+		reading.first_beam += 0.5 * (reading.duration - duration);
+		reading.duration = duration;
+		try_start(reading, 0);
+	}
+	for (const double factor : {0.975, 1.025})
+	{
+		if (!problem.is_free[kRangeFactor]) break;
+		Reading reading = best.state.reading;
+		reading.range_factor *= factor;
+		try_start(reading, 0);
+	}
+	return best.state;
+}
+}  // namespace d2s1r::calibration

@@ -1,0 +1,38 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Where the least squares of a drive start, and where they end.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "calibration/drive_problem.h"
+
+namespace d2s1r::calibration
+{
+constexpr double kClear = 10;  //!< [nat] of log-odds that contradict the messages
+
+double median_of(std::vector<double> values);
+
+/// Returns the costs [nat] of the motions of a state: of all, and of their turns only.
+std::pair<double, double> motion_costs(const Problem& problem, const State& state);
+
+/// Learns from a state how large the errors of the odometry are.
+void learn_noise(Problem& problem, const State& state);
+
+/// Holds where the least squares end.
+struct Fit
+{
+	State state;
+	double cost = 0;  //!< [nat]
+};
+
+/// Fits from the scans as they were found and from a reading, with a wide kernel first.
+Fit fit(Problem& problem, const Reading& reading);
+
+/// Fits from a state, with a wide kernel first. Returns the cost [nat].
+double refit(Problem& problem, State& state, int steps);
+
+/// Returns the state that fits best, of all starts.
+/// \param clocks [s] by which the odometry's clock may differ, beside 0 and some seconds
+State best_fit(Problem& problem, const Reading& told, const std::vector<double>& clocks);
+}  // namespace d2s1r::calibration
