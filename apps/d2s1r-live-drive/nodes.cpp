@@ -230,7 +230,7 @@ struct Result
 {
 	int scans = 0, kidnappings = 0, crashes = 0, right = 0;
 	int answers = 0, right_answers = 0;
-	std::vector<double> milliseconds;  //!< from a scan to its pose
+	std::vector<double> milliseconds;  //!< from a scan, or a reading of the odometry, to its pose
 	long arrows = 0;                   //!< [-] hypotheses of `markers`
 	std::string markers;               //!< as they are saved
 };
@@ -286,8 +286,7 @@ class Drive
 			const auto now = Clock::now();
 			if (now >= odometry_at)
 			{
-				move();
-				robot_.publish_odometry(wall_clock(), world_.odometry());
+				robot_.publish_odometry(remember(), world_.odometry());
 				odometry_at = after(odometry_at, 1 / settings_.odometry_rate);
 			}
 			if (now >= scan_at)
@@ -320,12 +319,20 @@ class Drive
 		moved_at_ = now;
 	}
 
-	void scan()
+	/// Moves the robot, and returns the time. Where it is then is kept for a while.
+	live::Time remember()
 	{
+		constexpr std::size_t kMost = 1000;
 		move();
 		const live::Time time = wall_clock();
 		sent_[time] = {Clock::now(), world_.pose()};
-		if (sent_.size() > 100) sent_.erase(sent_.begin());
+		if (sent_.size() > kMost) sent_.erase(sent_.begin());
+		return time;
+	}
+
+	void scan()
+	{
+		const live::Time time = remember();
 		robot_.publish_scan(time, world_, settings_);
 		result_.scans++;
 		const bool is_told = Clock::now() - tracked_at_ < std::chrono::seconds(1);
@@ -399,7 +406,8 @@ class Drive
 	TrackerProcess tracker_;
 	Robot robot_;
 	Result result_;
-	std::map<live::Time, std::pair<Clock::time_point, CPose2D>> sent_;  //!< scans, and where the robot was
+	std::map<live::Time, std::pair<Clock::time_point, CPose2D>>
+	    sent_;  //!< what a pose may be about, and where the robot was
 	CPose2D tracked_;
 	Clock::time_point tracked_at_, moved_at_, kidnapping_at_, crash_at_, return_at_;
 };
@@ -418,7 +426,7 @@ std::string drive(const DriveSettings& settings)
 	std::sort(times.begin(), times.end());
 	if (!times.empty())
 		line += mrpt::format(
-		    ", from a scan to its pose %.1f ms in the median, %.1f ms at the 95th percentile, at most %.1f ms",
+		    ", which took %.1f ms in the median, %.1f ms at the 95th percentile, at most %.1f ms",
 		    times[times.size() / 2], times[times.size() * 95 / 100], times.back());
 	if (result.crashes > 0) line += mrpt::format("; the tracker crashed %d times", result.crashes);
 	if (result.answers == 0) line += mrpt::format("; does d2s1r-live run in domain %u?", settings.domain);

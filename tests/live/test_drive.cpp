@@ -67,6 +67,17 @@ TEST_F(LiveTest, FindsTheSimulatedRobotAndItsTrackerAgainAfterEachMishap)
 	stop(live);
 }
 
+TEST_F(LiveTest, TheSimulatedRobotJudgesPosesBetweenScans)
+{
+	LiveProcess live = start_live({"--track"});
+	const auto result =
+	    run_program({D2S1R_LIVE_DRIVE, kOffice, "8", "--domain", std::to_string(test_domain()), "--kidnap", "0"});
+	const Drove drove = parse(result.out);
+	EXPECT_GE(drove.poses, drove.scans) << "one for each reading of the odometry\n" << said();
+	EXPECT_GE(drove.right_poses, drove.poses * 9 / 10) << result.out;
+	stop(live);
+}
+
 TEST_F(LiveTest, TheSimulatedRobotRefusesWrongUse)
 {
 	const auto refuse = [&](const Words& words, int status, const std::string& part)
