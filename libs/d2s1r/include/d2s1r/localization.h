@@ -42,6 +42,9 @@ struct Hypothesis
 	/// best pose of the frame, divided by the temperature of its scan. It has no value with kPaper, which has no beam
 	/// model.
 	std::optional<double> log_likelihood;
+	/// [nat] The same by the pieces of surface that the scan shows, each of which the map may have some centimetres
+	/// off; 0 at most. It has no value with kPaper and after WindowLocalizer::add().
+	std::optional<double> by_pieces;
 	/// [0, 1] Share of the returns that are explained: they end at a wall and passed none. It has no value with kPaper.
 	std::optional<double> explained;
 	/// [nat] Log-odds that the scan was taken in this map, by how it fits at this place and without what other places

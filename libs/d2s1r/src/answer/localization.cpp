@@ -30,7 +30,8 @@ void check(const Hypothesis& hypothesis)
 	const auto& pose = hypothesis.pose;
 	const auto& covariance = hypothesis.covariance;
 	const double sum = pose.x() + pose.y() + pose.phi() + covariance.sum() + hypothesis.log_likelihood.value_or(0) +
-	                   hypothesis.explained.value_or(0) + hypothesis.log_odds.value_or(0);
+	                   hypothesis.by_pieces.value_or(0) + hypothesis.explained.value_or(0) +
+	                   hypothesis.log_odds.value_or(0);
 	if (!std::isfinite(sum))
 		throw std::invalid_argument("a hypothesis holds a number that is not finite; pass what localize() answered");
 	if (covariance(0, 0) < 0 || covariance(1, 1) < 0 || covariance(2, 2) < 0)

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "fine/decision.h"
 
+#include <mrpt/core/bits_math.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,10 +24,18 @@ double temperature(const Place& best, const ScoringParameters& parameters)
 	return (1 + parameters.temperature_by_tolerance * best.field().tolerance()) * of_scan;
 }
 
-/// Returns the likelihood [0, 1] of a place relative to that of the best one, tempered.
+/// Returns the log-odds of the best place against another one, by the beams.
+double lead_of(const Place& best, const Place& place, const ScoringParameters& parameters)
+{
+	return (best.score.log_likelihood - place.score.log_likelihood) / temperature(best, parameters);
+}
+
+/// Returns the likelihood [0, 1] of a place relative to that of the best one, tempered: by the beams or by the pieces
+/// of surface, whichever favours it more. A map that is exact and one that is bent must both tell the places apart.
 double weight_of(const Place& place, const Place& best, const ScoringParameters& parameters)
 {
-	return std::exp((place.score.log_likelihood - best.score.log_likelihood) / temperature(best, parameters));
+	const double by_pieces = (best.score.by_pieces - place.score.by_pieces) / temperature(best, parameters);
+	return std::exp(-std::max(0.0, std::min(by_pieces, lead_of(best, place, parameters))));
 }
 
 void sort_best_first(std::vector<Place>& poses)
@@ -61,7 +71,7 @@ double log_odds_of_fit(const Score& score, const PresenceModel& model)
 double log_odds_of_presence(const Place& best, const Place* second, const ScoringParameters& parameters)
 {
 	const PresenceModel& model = parameters.presence_model;
-	const double lead = second ? -std::log(weight_of(*second, best, parameters)) : kMostLead;
+	const double lead = second ? lead_of(best, *second, parameters) : kMostLead;
 	return log_odds_of_fit(best.score, model) + log_odds_of_lead(lead, model);
 }
 
@@ -207,6 +217,32 @@ void polish_best(const Scan& scan, const BeamSubset& all, std::size_t most, std:
 	}
 }
 
+/// Returns by how much [m] the map has pieces of surface off (standard deviation), by how far from its walls the
+/// returns at the best place end. In an exact map they end within half a cell of the middle of one. The pose was chosen
+/// and moved to make these distances small, so that the pieces are off by more.
+double piece_shift_of(const Place& best)
+{
+	constexpr double kTimes = 4;             // [-]
+	constexpr double kLeastDistance = 0.01;  // [m] that is left
+	const double of_cells = best.field().cell_size() / 2;
+	const double of_map = mrpt::square(best.score.off_walls) - mrpt::square(of_cells);
+	return kTimes * std::max(kLeastDistance, std::sqrt(std::max(0.0, of_map)));
+}
+
+/// Scores the pieces of surface at all places, best first, by what the best one tells of the map, and weighs the places
+/// by them, too.
+void weigh_pieces(const BeamSubset& all, const ScoringParameters& parameters, std::vector<Place>& places)
+{
+	if (places.empty()) return;
+	const double shift = piece_shift_of(places.front());
+	for (Place& place : places)
+	{
+		const BeamModel& model = place.parameters().scoring.beam_model;
+		place.score.by_pieces = score(place.tracer(), place.field(), all, place.scored_at, model, shift).by_pieces;
+		place.weight = weight_of(place, places.front(), parameters);
+	}
+}
+
 /// Gives the best of `places`, best first, the best score that is found near them.
 void compare_best(const BeamSubset& all, std::size_t most, std::vector<Place>& places)
 {
@@ -240,6 +276,7 @@ std::vector<Place> find_places(
 	places = distinct_places(std::move(places), limits.scoring);
 	compare_best(all, most_poses(Stage::kCompared, limits.refinement), places);
 	places = distinct_places(std::move(places), limits.scoring);
+	weigh_pieces(all, limits.scoring, places);
 	return places;
 }
 
@@ -278,6 +315,7 @@ Decision decide(
 		hypothesis.covariance += motion_covariance(scan);
 		hypothesis.probability = likely[i].probability;
 		hypothesis.log_likelihood = place.score.log_likelihood;
+		hypothesis.by_pieces = place.score.by_pieces;
 		hypothesis.explained = place.score.explained;
 		hypothesis.log_odds = log_odds_of_fit(place.score, place.parameters().scoring.presence_model);
 		result.answer.hypotheses.push_back(hypothesis);

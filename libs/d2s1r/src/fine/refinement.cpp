@@ -253,27 +253,41 @@ std::vector<RefinedPose> make_shortlist(
 	// (- log-likelihood, pose): best first, ties by fit
 	using Ranking = std::vector<std::pair<double, std::size_t>>;
 	const std::size_t most = most_poses(Stage::kRefined, parameters);
-	// what `of`, score() or log_likelihood_bound(), says of a pose
-	const auto judged = [&](const auto& of, const RefinedPose& at)
-	{ return of(at.tracer(), at.field(), few, at.pose, at.parameters().scoring.beam_model); };
-	Ranking by_most;
+	const auto model_at = [](const RefinedPose& at) -> const BeamModel& { return at.parameters().scoring.beam_model; };
+	const auto score_at = [&](const RefinedPose& at)
+	{ return score(at.tracer(), at.field(), few, at.pose, model_at(at)).log_likelihood; };
+	Ranking by_most, by_pieces;
 	for (std::size_t i = 0; i < poses.size(); i++)
-		if (poses[i].tracer().may_stand(poses[i].pose))
-			by_most.emplace_back(-judged(log_likelihood_bound, poses[i]), i);
+	{
+		if (!poses[i].tracer().may_stand(poses[i].pose)) continue;
+		const RefinedPose& at = poses[i];
+		const Bound bound = bound_of(at.tracer(), at.field(), few, at.pose, model_at(at));
+		if (bound.log_likelihood < least) continue;
+		by_most.emplace_back(-bound.log_likelihood, i);
+		by_pieces.emplace_back(-bound.by_pieces, i);
+	}
 	std::sort(by_most.begin(), by_most.end());
+	std::sort(by_pieces.begin(), by_pieces.end());
 	Ranking ranking;
 	for (const auto& [least_cost, i] : by_most)
 	{
-		if (least_cost > -least) break;
 		if (!ranking.empty() && least_cost > ranking.front().first + kImplausible) break;
 		if (ranking.size() == most && least_cost > ranking.back().first) break;
-		const std::pair entry(-judged(score, poses[i]).log_likelihood, i);
+		const std::pair entry(-score_at(poses[i]), i);
 		ranking.insert(std::upper_bound(ranking.begin(), ranking.end(), entry), entry);
 		if (ranking.size() > most) ranking.pop_back();
 	}
-	std::vector<RefinedPose> shortlist;
+	std::vector<std::size_t> chosen;
 	for (const auto& [cost, i] : ranking)
-		if (cost <= std::min(-least, ranking.front().first + kImplausible)) shortlist.push_back(poses[i]);
+		if (cost <= std::min(-least, ranking.front().first + kImplausible)) chosen.push_back(i);
+	for (const auto& [cost, i] : by_pieces)
+	{
+		if (chosen.size() == most || cost > by_pieces.front().first + kImplausiblePieces) break;
+		if (std::find(chosen.begin(), chosen.end(), i) != chosen.end()) continue;
+		if (score_at(poses[i]) >= least) chosen.push_back(i);
+	}
+	std::vector<RefinedPose> shortlist;
+	for (const std::size_t i : chosen) shortlist.push_back(poses[i]);
 	return shortlist;
 }
 

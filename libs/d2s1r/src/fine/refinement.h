@@ -36,6 +36,10 @@ inline constexpr double kHopeless = 21;
 /// intel, mit_killian and mit_csail.
 inline constexpr double kImplausible = 14;
 
+/// [nat] The same by the pieces of surface that these beams show. A place that a bent map hides from the beams is found
+/// by its pieces. Chosen by hand on look-alike buildings, intel and mit_csail.
+inline constexpr double kImplausiblePieces = 4;
+
 /// Returns the maximum number of poses [-] of a stage: parameters.max_scored, and a third each time, rounded up.
 std::size_t most_poses(Stage stage, const RefinementParameters& parameters);
 
@@ -50,8 +54,8 @@ std::vector<RefinedPose> settle(
     const BeamSubset& few, const std::vector<Candidate>& candidates, const RefinementParameters& parameters);
 
 /// Returns those of `poses` that a few beams find plausible, best score first: as many as may be refined, and none
-/// whose score is below the best one's by more than kImplausible. Beams are followed only where their ends leave
-/// a chance.
+/// whose score is below the best one's by more than kImplausible; then those that the pieces of surface find plausible,
+/// by the ends of the beams. Beams are followed only where their ends leave a chance.
 /// \param least [nat] score that a pose must reach
 std::vector<RefinedPose> make_shortlist(
     const BeamSubset& few, const std::vector<RefinedPose>& poses, const RefinementParameters& parameters,

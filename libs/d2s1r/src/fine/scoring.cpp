@@ -17,6 +17,8 @@ namespace
 constexpr double kModelBeam = mrpt::DEG2RAD(1.0);  //!< [rad]
 constexpr double kMostPassed = 3;                  //!< [-] walls and [m] of unknown space that count
 constexpr double kLeastOfSegment = 3;              //!< [-] explained returns, as beams of the model; two beams at least
+constexpr double kFarthestShift = 0.3;             //!< [m] of the distance of a beam that counts
+constexpr double kBeamsOfPiece = 8;                //!< [-] of 1 deg: so many say each something new of a piece
 constexpr float kWholeCell = 0.99F;                //!< [-] of walls: passes of corners alone are no wall; rounding
 
 enum class End
@@ -44,29 +46,92 @@ BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
 	return {model.off_wall, distance < kBesideWall ? End::kBesideWall : End::kOffWall};
 }
 
+/// Returns how much each beam of a piece of surface counts [0, 1]. They are off together, so that a large piece counts
+/// by the square root of its beams.
+/// \param beams [-] of 1 deg
+double share_of_beam(double beams)
+{
+	return std::sqrt(kBeamsOfPiece / std::max(beams, kBeamsOfPiece));
+}
+
+/// Sums up what the pieces of surface that a scan shows lose [nat] against pieces whose returns all lie on walls.
+class PieceSum
+{
+   public:
+	/// \param model_beams [-] beams of the model, of 1 deg, that one beam stands for
+	/// \param shift [m] see score()
+	PieceSum(const BeamModel& model, double model_beams, double shift)
+	    : model_(model), model_beams_(model_beams), shift_(shift)
+	{
+	}
+
+	/// Adds a beam.
+	/// \param end [nat] of its end, with what its range adds
+	/// \param other [nat] of what it passed, and that counts but once
+	void add(double end, double other, float distance, float log_range, bool starts_piece)
+	{
+		if (starts_piece) end_piece();
+		beams_++;
+		const double most = model_.on_wall + model_.log_range * static_cast<double>(log_range);
+		ends_ += model_beams_ * (most - end);
+		others_ -= other;
+		squares_ += mrpt::square(std::min(kFarthestShift, static_cast<double>(distance)));
+	}
+
+	/// Returns the log-likelihood [nat], 0 at most.
+	double log_likelihood()
+	{
+		end_piece();
+		return -loss_;
+	}
+
+   private:
+	/// Adds the loss of the piece at hand: that of its beams, or of its shift.
+	void end_piece()
+	{
+		if (beams_ == 0) return;
+		const double share = share_of_beam(model_beams_ * beams_);
+		const double by_shift = squares_ / beams_ / mrpt::square(shift_) / 2;
+		loss_ += std::max(0.0, share * others_ + std::min(share * ends_, by_shift));
+		ends_ = others_ = squares_ = beams_ = 0;
+	}
+
+	const BeamModel& model_;
+	double model_beams_, shift_;
+	double ends_ = 0, others_ = 0;    //!< [nat] lost by the piece at hand
+	double squares_ = 0, beams_ = 0;  //!< [m^2], [-] of it
+	double loss_ = 0;                 //!< [nat] of all others
+};
+
 /// Sums up the score of one scan, beam by beam.
 class Sum
 {
    public:
-	Sum(const BeamModel& model, double model_beams)
+	Sum(const BeamModel& model, double model_beams, double piece_shift)
 	    : model_(model),
 	      model_beams_(model_beams),
+	      pieces_(model, model_beams, piece_shift),
 	      least_of_segment_(std::max(2L, std::lround(kLeastOfSegment / model_beams)))
 	{
 	}
 
-	/// Adds a beam that passed `walls` [-] and `unknown` space [m].
+	/// Adds a beam that passed `walls` [-] and `unknown` space [m], and ends at a distance [m] from the nearest wall.
 	/// \param depth_edge whether there is one between this beam and the last one
-	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge, bool starts_segment)
+	void add(
+	    float distance, Cell cell, float walls, float unknown, float log_range, bool depth_edge, bool starts_segment)
 	{
+		const BeamEnd at_end = classify_end(distance, cell, model_);
 		const double unknown_metres = counted(unknown);
-		double beam =
-		    at_end.log_likelihood + model_.through_wall * counted(walls) + model_.unknown_metre * unknown_metres;
-		if (at_end.end == End::kWall) beam += model_.log_range * static_cast<double>(log_range);
-		log_likelihood_ += model_beams_ * beam;
-		const bool is_through = walls > kWholeCell;
-		add_run(at_end.end == End::kOffWall && !is_through);
-		add_explained(at_end.end == End::kWall && !is_through, depth_edge, starts_segment);
+		const double passed = model_.through_wall * counted(walls) + model_.unknown_metre * unknown_metres;
+		double end = at_end.log_likelihood;
+		if (at_end.end == End::kWall) end += model_.log_range * static_cast<double>(log_range);
+		log_likelihood_ += model_beams_ * (end + passed);
+		const bool is_through = walls > kWholeCell, is_explained = at_end.end == End::kWall && !is_through;
+		const double of_run = add_run(at_end.end == End::kOffWall && !is_through);
+		const double of_edge = depth_edge && !is_explained ? -model_.depth_edge : 0;
+		pieces_.add(end, model_beams_ * passed + of_run + of_edge, distance, log_range, starts_segment);
+		add_explained(is_explained, depth_edge, starts_segment);
+		add_distance(distance);
 		returns_++;
 		unknown_metres_ += unknown_metres;
 	}
@@ -75,10 +140,12 @@ class Sum
 	void end_run() { was_in_front_ = false; }
 
 	/// Returns the score of the beams that were added.
-	Score result() const
+	Score result()
 	{
 		Score score;
 		score.log_likelihood = log_likelihood_;
+		score.by_pieces = pieces_.log_likelihood();
+		score.off_walls = near_walls_ > 0 ? std::sqrt(squares_ / near_walls_) : 0;
 		score.explained = returns_ > 0 ? static_cast<double>(explained_) / returns_ : 0;
 		score.returns = model_beams_ * returns_;
 		score.contradicted = model_beams_ * (returns_ - explained_ - in_front_);
@@ -90,12 +157,23 @@ class Sum
    private:
 	static double counted(float passed) { return std::min(static_cast<double>(passed), kMostPassed); }
 
-	/// Charges a run of beams that end in front of walls once.
-	void add_run(bool is_in_front)
+	void add_distance(float distance)
 	{
-		if (is_in_front && !was_in_front_) log_likelihood_ += model_.off_wall_run;
+		constexpr float kNear = 0.15F;  // [m]
+		if (distance >= kNear) return;
+		squares_ += mrpt::square(static_cast<double>(distance));
+		near_walls_++;
+	}
+
+	/// Charges a run of beams that end in front of walls once.
+	/// \return what it charged [nat]
+	double add_run(bool is_in_front)
+	{
+		const double charge = is_in_front && !was_in_front_ ? model_.off_wall_run : 0;
+		log_likelihood_ += charge;
 		was_in_front_ = is_in_front;
 		in_front_ += is_in_front ? 1 : 0;
+		return charge;
 	}
 
 	/// Counts what the map explains: beams, segments, and depth edges between two of these beams.
@@ -110,9 +188,11 @@ class Sum
 
 	const BeamModel& model_;
 	double model_beams_;  //!< [-] beams of the model, of 1 deg, that one beam stands for
+	PieceSum pieces_;
 	long least_of_segment_;
 	double log_likelihood_ = 0, unknown_metres_ = 0;
-	int returns_ = 0, explained_ = 0, in_front_ = 0, segments_ = 0, of_segment_ = 0;
+	double squares_ = 0;  //!< [m^2] of the distances of returns near walls
+	int near_walls_ = 0, returns_ = 0, explained_ = 0, in_front_ = 0, segments_ = 0, of_segment_ = 0;
 	bool was_in_front_ = false, was_explained_ = false;
 };
 
@@ -132,22 +212,25 @@ double of_no_returns(
 
 Score score(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
-    const BeamModel& model)
+    const BeamModel& model, double piece_shift)
 {
 	thread_local TracedBeams traced;
 	thread_local std::vector<float> to_wall;
 	tracer.trace(beams.returns, sensor, traced);
 	distances_of_ends(field, beams.returns, sensor, to_wall);
-	Sum sum(model, beams.spacing / kModelBeam);
+	Sum sum(model, beams.spacing / kModelBeam, piece_shift);
 	for (std::size_t i = 0; i < beams.log_range.size(); i++)
 	{
 		if (beams.starts_run[i] != 0) sum.end_run();
 		sum.add(
-		    classify_end(to_wall[i], static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
-		    beams.log_range[i], beams.depth_edge[i] != 0, beams.starts_segment[i] != 0);
+		    to_wall[i], static_cast<Cell>(traced.end[i]), traced.walls[i], traced.unknown[i], beams.log_range[i],
+		    beams.depth_edge[i] != 0, beams.starts_segment[i] != 0);
 	}
 	Score score = sum.result();
-	score.log_likelihood += of_no_returns(tracer, beams, sensor, model);
+	const double of_others = of_no_returns(tracer, beams, sensor, model);
+	score.log_likelihood += of_others;
+	const double others = beams.spacing / kModelBeam * static_cast<double>(beams.count - beams.log_range.size());
+	score.by_pieces += share_of_beam(others) * of_others;  // those that saw nothing are one piece
 	return score;
 }
 
@@ -166,7 +249,7 @@ double greatest_log_likelihood(const BeamSubset& beams, const BeamModel& model)
 	return beams.spacing / kModelBeam * sum + once;
 }
 
-double log_likelihood_bound(
+Bound bound_of(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
@@ -183,6 +266,7 @@ double log_likelihood_bound(
 	distances_of_ends(field, beams.returns, sensor, to_wall);
 	const auto no_returns = static_cast<double>(beams.count - beams.log_range.size());
 	double sum = kRounding + model_beams * no_returns * gain(model.no_return_at_wall);
+	PieceSum pieces(model, model_beams, kPieceShift);
 	bool was_on_wall = false, was_off_wall = false;
 	double left_of_run = 0;  // [nat] The beams of a run off the walls are charged for it, or each for a wall it passed.
 	for (std::size_t i = 0; i < beams.log_range.size(); i++)
@@ -192,6 +276,7 @@ double log_likelihood_bound(
 		const float log_range = beams.log_range[i];
 		const double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
 		sum += model_beams * (at_end.log_likelihood + by_range + most_by_beam);
+		pieces.add(at_end.log_likelihood + by_range, 0, to_wall[i], log_range, beams.starts_segment[i] != 0);
 		if (beams.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
 		if (off_wall)
 		{
@@ -203,7 +288,7 @@ double log_likelihood_bound(
 		was_on_wall = on_wall;
 		was_off_wall = off_wall;
 	}
-	return sum;
+	return {sum, pieces.log_likelihood()};
 }
 
 ScoredPose best_score_near(
@@ -217,7 +302,7 @@ ScoredPose best_score_near(
 		         {step, 0, 0}, {-step, 0, 0}, {0, step, 0}, {0, -step, 0}, {0, 0, kTurn * step}, {0, 0, -kTurn * step}})
 		{
 			const mrpt::math::TPose2D pose = best.pose + move;
-			if (log_likelihood_bound(tracer, field, beams, pose, model) <= best.score.log_likelihood) continue;
+			if (bound_of(tracer, field, beams, pose, model).log_likelihood <= best.score.log_likelihood) continue;
 			const Score found = score(tracer, field, beams, pose, model);
 			if (found.log_likelihood > best.score.log_likelihood) best = {pose, found};
 		}

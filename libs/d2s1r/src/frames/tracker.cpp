@@ -385,7 +385,7 @@ Told Tracker::State::follow(const Look& look, const std::vector<PlaceDensity>& e
 {
 	const std::vector<Hypothesis>& places = look.answer.hypotheses;
 	const Hypothesis* fittest = likeliest(places, tuning_);
-	const Reference reference = {log_likelihood_of(*fittest), look.answer.temperature};
+	const Reference reference = {log_likelihood_of(*fittest), look.answer.temperature, fittest->by_pieces};
 	const auto shared = look.near.empty() ? shared_out(places, expected, tuning_) : look.near;
 	Told told;
 	told.absence = absence_of(look.answer, *fittest);
@@ -413,7 +413,7 @@ void Tracker::State::start_tracks(const Look& look, Told& told)
 {
 	if (!look.is_whole) return;
 	const Hypothesis* fittest = likeliest(look.answer.hypotheses, tuning_);
-	const Reference reference = {log_likelihood_of(*fittest), look.answer.temperature};
+	const Reference reference = {log_likelihood_of(*fittest), look.answer.temperature, fittest->by_pieces};
 	for (const Hypothesis& hypothesis : look.answer.hypotheses)
 	{
 		const auto is_followed = [&](const Followed& track)

@@ -169,8 +169,10 @@ double log_likelihood_of(const Hypothesis& hypothesis)
 
 double evidence_of(const Hypothesis& hypothesis, const Reference& reference, const WindowTuning& tuning)
 {
-	const double log_odds = (log_likelihood_of(hypothesis) - reference.log_likelihood) / reference.temperature;
-	return std::min(log_odds, is_hidden(hypothesis, tuning) ? tuning.hidden : 0);
+	double below = log_likelihood_of(hypothesis) - reference.log_likelihood;
+	if (hypothesis.by_pieces && reference.by_pieces)
+		below = std::max(below, *hypothesis.by_pieces - *reference.by_pieces);
+	return std::min(below / reference.temperature, is_hidden(hypothesis, tuning) ? tuning.hidden : 0);
 }
 
 bool missed(double evidence, const WindowTuning& tuning)

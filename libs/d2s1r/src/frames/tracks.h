@@ -46,11 +46,13 @@ inline constexpr double kNowhere = -50;  //!< [nat]
 /// What the places of a frame are compared with.
 struct Reference
 {
-	double log_likelihood = 0;  //!< [nat] of the best pose of the frame
-	double temperature = 1;     //!< [-] of its scan
+	double log_likelihood = 0;             //!< [nat] of the best pose of the frame
+	double temperature = 1;                //!< [-] of its scan
+	std::optional<double> by_pieces = {};  //!< [nat] of that pose by the pieces of surface
 };
 
-/// Returns the evidence [nat] of its frame for a hypothesis.
+/// Returns the evidence [nat] of its frame for a hypothesis: by the beams or by the pieces of surface, whichever
+/// favours it more.
 double evidence_of(const Hypothesis& hypothesis, const Reference& reference, const WindowTuning& tuning);
 
 /// Returns whether two hypotheses count as one place.

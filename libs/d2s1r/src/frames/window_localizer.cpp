@@ -140,7 +140,7 @@ void WindowTracker::follow(const Localization& one_shot)
 		all.insert(all.end(), places[i].begin(), places[i].end());
 	}
 	const Hypothesis* best = likeliest(all, tuning_);
-	if (best) frame.reference.log_likelihood = log_likelihood_of(*best);
+	if (best) frame.reference = {log_likelihood_of(*best), frame.reference.temperature, best->by_pieces};
 	const Localizer& of_best = localizer_of(best ? best->map : maps_.begin()->first);
 	frame.absence = absence(one_shot, listed(one_shot), best, of_best.parameters().scoring.presence_model);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
@@ -266,6 +266,7 @@ Localization WindowTracker::conclude(const Localization& one_shot) const
 		Hypothesis hypothesis = tracks_[i].now;
 		const Evidence& evidence = tracks_[i].evidence;
 		hypothesis.log_likelihood = std::accumulate(evidence.begin(), evidence.end(), 0.0);
+		hypothesis.by_pieces.reset();
 		// Tracks that are equal but for rounding keep their order, and the list is one of decreasing probability.
 		before = hypothesis.probability = std::min(hypothesis.probability, before);
 		result.hypotheses.push_back(std::move(hypothesis));
