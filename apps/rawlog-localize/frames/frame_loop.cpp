@@ -182,7 +182,7 @@ class Follower
 		const auto& observation = *recorded_as;
 		const mrpt::poses::CPose3D laser =
 		    observation.sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
-		const ros::RecordedScan recorded{ros::from_time(observation.timestamp), observation, laser, {}};
+		const ros::UncalibratedScan recorded{ros::from_time(observation.timestamp), observation, laser, {}};
 		calibration_.follow(recorded.time, motion);
 		if (job.robot) readings_.emplace_back(recorded.time, job.robot->asTPose());
 		if (readings_.size() > kMostReadings) readings_.erase(readings_.begin());

@@ -226,7 +226,7 @@ std::string LiveRobot::no_transform_from(const std::string& laser)
 	       "' at the time of the scan: publish it on /tf or /tf_static";
 }
 
-std::optional<ros::RecordedScan> LiveRobot::recorded(const WaitingScan& scan)
+std::optional<ros::UncalibratedScan> LiveRobot::recorded(const WaitingScan& scan)
 {
 	const auto laser = laser_at(scan.header);
 	if (!laser) return std::nullopt;
@@ -236,10 +236,11 @@ std::optional<ros::RecordedScan> LiveRobot::recorded(const WaitingScan& scan)
 	const float turned = ranges ? ranges->angle_step * static_cast<float>(seen.scan.size() - 1) : 0;
 	const float off = ranges ? std::abs(ranges->last_angle - ranges->first_angle - turned) : 0;
 	const bool are_angles_doubtful = off > kLeastShare * std::abs(turned) && off > 1.5F * std::abs(ranges->angle_step);
-	return ros::RecordedScan{scan.header.time, std::move(seen.scan), *laser, seen.sweep, !ranges, are_angles_doubtful};
+	return ros::UncalibratedScan{scan.header.time, std::move(seen.scan), *laser, seen.sweep,
+	                             !ranges,          are_angles_doubtful};
 }
 
-bool LiveRobot::calibrate(const Grid& map, const ros::RecordedScan& scan, const mrpt::math::TPose2D& robot)
+bool LiveRobot::calibrate(const Grid& map, const ros::UncalibratedScan& scan, const mrpt::math::TPose2D& robot)
 {
 	const auto odometry = [&]
 	{ return std::pair(calibration.in_use().is_odometry_mirrored, calibration.in_use().odometry_clock); };

@@ -80,10 +80,10 @@ class LiveRobot
 	std::string no_transform_from(const std::string& laser);
 
 	/// Returns what the laser in use saw as the messages have it; no value if it is not known where it is.
-	std::optional<ros::RecordedScan> recorded(const WaitingScan& scan);
+	std::optional<ros::UncalibratedScan> recorded(const WaitingScan& scan);
 
 	/// Calibrates the laser in use by a scan that was found, see ros::RunningCalibration::add().
-	bool calibrate(const Grid& map, const ros::RecordedScan& scan, const mrpt::math::TPose2D& robot);
+	bool calibrate(const Grid& map, const ros::UncalibratedScan& scan, const mrpt::math::TPose2D& robot);
 
 	/// Returns the frame of the odometry, on tf if it is there, and the pose of the robot in it.
 	std::string odometry_frame();

@@ -62,7 +62,8 @@ void RunningCalibration::clear()
 	if (!is_contradicted()) way_ = turn_ = 0;
 }
 
-bool RunningCalibration::add(const Grid& map, const RecordedScan& scan, const TPose2D& robot, const Readings& readings)
+bool RunningCalibration::add(
+    const Grid& map, const UncalibratedScan& scan, const TPose2D& robot, const Readings& readings)
 {
 	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
 	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
@@ -108,7 +109,7 @@ void RunningCalibration::add_odometry(const Readings& readings)
 	}
 }
 
-calibration::Given RunningCalibration::given_with(const RecordedScan& scan) const
+calibration::Given RunningCalibration::given_with(const UncalibratedScan& scan) const
 {
 	using namespace calibration;
 	Given given;
@@ -122,7 +123,7 @@ calibration::Given RunningCalibration::given_with(const RecordedScan& scan) cons
 	return given;
 }
 
-bool RunningCalibration::calibrate(const Grid& map, const RecordedScan& newest)
+bool RunningCalibration::calibrate(const Grid& map, const UncalibratedScan& newest)
 {
 	next_ = scans_.size() + scans_.size() / 3;
 	const calibration::Given given = given_with(newest);

@@ -14,7 +14,7 @@
 namespace d2s1r::ros
 {
 /// A scan as the messages have it, but for what is given.
-struct RecordedScan
+struct UncalibratedScan
 {
 	Time time = 0;
 	RangeScan scan;
@@ -47,7 +47,7 @@ class RunningCalibration
 	/// Takes a scan that was found in the map. \param robot there
 	/// \param readings of the odometry as it is in use, by increasing time
 	/// \return whether scans are read so differently from now on that what was found before counts no more
-	bool add(const Grid& map, const RecordedScan& scan, const mrpt::math::TPose2D& robot, const Readings& readings);
+	bool add(const Grid& map, const UncalibratedScan& scan, const mrpt::math::TPose2D& robot, const Readings& readings);
 
 	/// Returns whether the drive contradicts how the laser is read, and does not show how it must be.
 	bool is_contradicted() const { return agreement_ == calibration::Agreement::kContradicts; }
@@ -65,8 +65,8 @@ class RunningCalibration
 	static constexpr std::size_t kFirst = 8, kMost = 60;  //!< [-] scans by which it calibrates first, and that it keeps
 
 	void add_odometry(const Readings& readings);
-	bool calibrate(const Grid& map, const RecordedScan& newest);
-	calibration::Given given_with(const RecordedScan& scan) const;
+	bool calibrate(const Grid& map, const UncalibratedScan& newest);
+	calibration::Given given_with(const UncalibratedScan& scan) const;
 
 	Overrides given_, in_use_;
 	bool is_on_;
