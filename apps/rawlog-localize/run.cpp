@@ -105,7 +105,7 @@ GroundTruth poses_of(
     const logs::LogSurvey& survey, Console& console)
 {
 	if (name.empty()) return {};
-	PosesInFrame found = read_interruptibly(
+	logs::PosesInFrame found = read_interruptibly(
 	    name, [name, log = request.file, label, damage = survey.damage]
 	    { return read_ground_truth(name, log, label, damage); });
 	const std::string frame = found.frame.substr(found.frame.find_last_of('/') + 1);  // 0 if there is no slash
@@ -175,7 +175,7 @@ void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop,
 	report.truth_lines = aligned.lines.size();
 	report.truth_interpolated = aligned.interpolated;
 	report.truth_offset = aligned.offset;
-	report.is_truth_in_degrees = are_headings_degrees(truth, report.frames.kept());
+	report.is_truth_in_degrees = aligned.is_in_degrees;
 	report.matches = match(report.frames.kept(), aligned.lines);
 	outputs.commit(report);
 }

@@ -91,8 +91,9 @@ void write_poses(const std::string& log, const std::string& of, const std::strin
 	if (kind != "topic" && kind != "tf") throw std::invalid_argument("of=" + of + ": is neither topic: nor tf:");
 	std::ofstream out(file);
 	out << std::fixed << std::setprecision(6);
-	for (const auto& [time, pose] : kind == "tf" ? d2s1r::logs::read_poses_of_frame(log, name, laser, "")
-	                                             : d2s1r::logs::read_poses_of_topic(log, name, "").poses)
+	const d2s1r::logs::PosesInFrame found = kind == "tf" ? d2s1r::logs::read_poses_of_frame(log, name, laser, "")
+	                                                     : d2s1r::logs::read_poses_of_topic(log, name, "");
+	for (const auto& [time, pose] : found.poses)
 		out << time << ' ' << pose.x << ' ' << pose.y << ' ' << pose.phi << '\n';
 	if (!out.flush()) throw std::runtime_error(file + ": cannot be written");
 }

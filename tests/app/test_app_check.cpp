@@ -112,7 +112,7 @@ TEST_F(AppCheck, WhatMakesNoSenseIsRefused)
 		expect_refusal(words, status, parts);
 	};
 	refused({"--check", path("none.txt")}, 2, {"none.txt: cannot be opened"});
-	refused({"--check", "topic:/amcl_pose"}, 2, {"is not a recording of ROS"});
+	refused({"--check", "topic:/amcl_pose"}, 2, {"is no recording of ROS"});
 	refused({"--watch", "4,0.4"}, 1, {"--watch", "--check"});
 	for (const char* watch : {"0,0.4", "1.5,0.4", "4,0", "4", "1e9,1"})
 		refused({"--check", path("tracker.txt"), "--watch", watch}, 1, {"--watch", watch});

@@ -322,7 +322,7 @@ TEST_F(AppLogs, GroundTruthMayBeATopicOfTheLog)
 	expect_refusal(
 	    words("walk.bag", {"--ground-truth", "topic:/other"}), 2, {"PoseWithCovarianceStamped on the topic '/other'"});
 	save(observation_log(), path("in.rawlog"));
-	expect_refusal(words("in.rawlog", {"--ground-truth", "topic:/odom"}), 2, {"is not a recording of ROS"});
+	expect_refusal(words("in.rawlog", {"--ground-truth", "topic:/odom"}), 2, {"is no recording of ROS"});
 }
 
 /// A tracker publishes map to odom from time to time, and later than the poses that it is about.

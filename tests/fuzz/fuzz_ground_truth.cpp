@@ -13,8 +13,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	{
 		const app::GroundTruth truth = app::load_ground_truth(file.write(data, size));
 		fuzz::require(!truth.empty(), "poses in a ground truth that is accepted");
-		for (const app::TimedPose& pose : truth)
-			for (const double number : {pose.timestamp, pose.pose.x, pose.pose.y, pose.pose.phi})
+		for (const TimedPose& pose : truth)
+			for (const double number : {pose.time, pose.robot.x, pose.robot.y, pose.robot.phi})
 				fuzz::require(std::isfinite(number), "finite poses of a ground truth");
 	}
 	catch (const app::UserError& error)

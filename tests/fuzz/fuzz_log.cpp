@@ -6,9 +6,9 @@
 #include <logs/log.h>
 
 #include "bags/message_source.h"
-#include "carmen_log.h"
+#include "formats.h"
 #include "fuzz_input.h"
-#include "text_file.h"
+#include "unpacking_stream.h"
 
 namespace
 {

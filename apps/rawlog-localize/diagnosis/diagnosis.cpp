@@ -54,7 +54,6 @@ double best_scale(const Tester& tester)
 	return best;
 }
 
-/// Says how to set the resolution of the map so that its cells are as large as `cell` [m].
 std::string how_to_set_resolution(const MapRequest& map, double cell)
 {
 	if (map.image) return mrpt::format("--resolution %.4g", cell);
@@ -65,7 +64,6 @@ std::string how_to_set_resolution(const MapRequest& map, double cell)
 constexpr double kMostOfThem = 0.7;      // [-] share that counts as agreement
 constexpr std::size_t kFewestPairs = 5;  // [-] that show something
 
-/// How a pose that was found differs from the ground truth.
 struct Offset
 {
 	double x, y;  //!< [m] found minus true, map frame
@@ -77,7 +75,6 @@ double median_of(std::vector<double> values)
 	return percentile(std::move(values), 0.5);
 }
 
-/// Returns the offsets of the localized scans that have ground truth.
 std::vector<Offset> offsets_from_truth(const std::vector<Sample>& samples, const Trial& trial, const GroundTruth& truth)
 {
 	std::vector<KeptFrame> frames;
@@ -88,7 +85,7 @@ std::vector<Offset> offsets_from_truth(const std::vector<Sample>& samples, const
 	std::vector<Offset> offsets;
 	for (const Match& match : match(frames, aligned.lines))
 	{
-		const auto &found = match.frame->pose, &right = match.truth.pose;
+		const auto &found = match.frame->pose, &right = match.truth.robot;
 		offsets.push_back({found.x - right.x, found.y - right.y, mrpt::math::wrapToPi(found.phi - right.phi)});
 	}
 	return offsets;
@@ -153,7 +150,6 @@ std::size_t far_more(std::size_t scans)
 	return std::max<std::size_t>(2, scans / 5);
 }
 
-/// Returns what is told of a mistake.
 std::string fit_without(const Trial& trial, std::size_t fit, const std::string& advice)
 {
 	return mrpt::format("%zu of %zu scans fit, instead of %zu, if ", trial.fit(), trial.answers.size(), fit) + advice;

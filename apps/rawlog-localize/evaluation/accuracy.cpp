@@ -27,8 +27,8 @@ Match compare(const TimedPose& truth, const KeptFrame& frame)
 Match compare(const TimedPose& truth, const KeptFrame& frame, const mrpt::math::TPose2D& pose)
 {
 	return {
-	    truth, &frame, std::hypot(pose.x - truth.pose.x, pose.y - truth.pose.y),
-	    mrpt::RAD2DEG(std::abs(mrpt::math::wrapToPi(pose.phi - truth.pose.phi)))};
+	    truth, &frame, std::hypot(pose.x - truth.robot.x, pose.y - truth.robot.y),
+	    mrpt::RAD2DEG(std::abs(mrpt::math::wrapToPi(pose.phi - truth.robot.phi)))};
 }
 
 std::vector<Match> match(const std::vector<KeptFrame>& frames, const GroundTruth& truth)
@@ -45,11 +45,11 @@ std::vector<Match> match(const std::vector<KeptFrame>& frames, const GroundTruth
 		const KeptFrame* nearest = nullptr;
 		double least = kSameTime;
 		for (auto it = std::lower_bound(
-		         by_time.begin(), by_time.end(), line.timestamp - kSameTime,
+		         by_time.begin(), by_time.end(), line.time - kSameTime,
 		         [](const KeptFrame*frame, double time) { return frame->timestamp < time; });
-		     it != by_time.end() && (*it)->timestamp <= line.timestamp + kSameTime; ++it)
+		     it != by_time.end() && (*it)->timestamp <= line.time + kSameTime; ++it)
 		{
-			const double difference = std::abs((*it)->timestamp - line.timestamp);
+			const double difference = std::abs((*it)->timestamp - line.time);
 			if (difference >= least) continue;
 			nearest = *it;
 			least = difference;
@@ -127,12 +127,12 @@ ConstantOffset middle_of(
 {
 	std::vector<TPose2D> offsets;
 	std::vector<double> xs, ys;
-	for (const Match& match : matches) offsets.push_back(offset_of(match.truth.pose, match.frame->pose));
+	for (const Match& match : matches) offsets.push_back(offset_of(match.truth.robot, match.frame->pose));
 	ConstantOffset constant{is_in_map_frame, {}, 0, matches.size()};
 	constant.offset.phi = middle_angle(offsets);
 	for (std::size_t i = 0; i < matches.size(); i++)
 	{
-		const TPose2D &truth = matches[i].truth.pose, &found = matches[i].frame->pose;
+		const TPose2D &truth = matches[i].truth.robot, &found = matches[i].frame->pose;
 		// The position belongs to the angle in the middle: in the map's frame it is far from the truth's own origin.
 		const TPose2D turned = TPose2D(0, 0, constant.offset.phi) + truth;
 		xs.push_back(is_in_map_frame ? found.x - turned.x : offsets[i].x);
@@ -141,7 +141,7 @@ ConstantOffset middle_of(
 	constant.offset.x = percentile(xs, 0.5), constant.offset.y = percentile(ys, 0.5);
 	for (const Match& match : matches)
 	{
-		const TPose2D &truth = match.truth.pose, &found = match.frame->pose;
+		const TPose2D &truth = match.truth.robot, &found = match.frame->pose;
 		const TPose2D expected = is_in_map_frame ? constant.offset + truth : truth + constant.offset;
 		constant.frames += std::hypot(found.x - expected.x, found.y - expected.y) < kSamePosition &&
 		                   std::abs(mrpt::math::wrapToPi(found.phi - expected.phi)) < kSameYaw;

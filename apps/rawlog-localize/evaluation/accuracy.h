@@ -9,7 +9,6 @@
 
 namespace d2s1r::app
 {
-/// Holds the mean and the standard deviation of some values, in their unit.
 struct MeanStd
 {
 	double mean = 0;
@@ -61,7 +60,6 @@ struct Accuracy
 	MeanStd yaw_error;                    //!< [deg] over the successes
 };
 
-/// Measures how accurate the frames with ground truth are.
 Accuracy measure(const std::vector<Match>& matches, const Tolerance& tolerance);
 
 /// Says by what the poses that were found differ from the ground truth if it is nearly always the same.

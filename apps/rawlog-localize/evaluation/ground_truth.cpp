@@ -2,164 +2,254 @@
 #include "evaluation/ground_truth.h"
 
 #include <base/errors.h>
-#include <logs/log.h>
 #include <mrpt/math/wrap2pi.h>
 #include <shell/errors.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <limits>
+#include <map>
 #include <optional>
 #include <sstream>
-#include <utility>
 
 #include "cli/command_line.h"
-#include "evaluation/truth_columns.h"
 
 namespace d2s1r::app
 {
 namespace
 {
-/// Returns the numbers of a line with blanks between them, NaN for what stands for none; nothing if anything else is
-/// there.
-std::vector<double> parse_numbers(const std::string& line)
+using mrpt::math::TPose2D;
+
+std::vector<std::string> split(const std::string& line, char separator)
 {
-	std::istringstream text(line);
-	std::vector<double> values;
-	for (std::string word; text >> word;)
+	std::vector<std::string> parts;
+	std::istringstream in(separator == ' ' ? line : line + separator);
+	const auto next = [&](std::string& part)
+	{ return separator == ' ' ? bool(in >> part) : bool(std::getline(in, part, separator)); };
+	for (std::string part; next(part);) parts.push_back(part);
+	return parts;
+}
+
+std::string lower_word(const std::string& text)
+{
+	std::string word;
+	for (const unsigned char c : text)
+		if (std::isspace(c) == 0) word += static_cast<char>(std::tolower(c));
+	return word;
+}
+
+/// Returns no value if a text is not a finite number, and nothing else.
+std::optional<double> parse_number(const std::string& text)
+{
+	std::istringstream in(text);
+	double value = 0;
+	std::string rest;
+	if (!(in >> value) || (in >> rest) || !std::isfinite(value)) return std::nullopt;
+	return value;
+}
+
+/// Returns whether a program wrote this where it had no number.
+bool is_no_number(const std::string& text)
+{
+	const std::string word = lower_word(text);
+	return word.empty() || word == "nan" || word == "-nan" || word == "none" || word == "null";
+}
+
+/// Returns the yaw of a rotation [rad], or NaN if the quaternion is none.
+double yaw_of_quaternion(double x, double y, double z, double w)
+{
+	const double length = std::hypot(std::hypot(x, y), std::hypot(z, w));
+	constexpr double kRounded = 0.1;  // [-] that the length of a rotation may be off 1
+	if (!(std::abs(length - 1) < kRounded)) return std::numeric_limits<double>::quiet_NaN();
+	x /= length, y /= length, z /= length, w /= length;
+	return std::atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z);
+}
+
+/// Says by what the numbers of a unit are multiplied to be s, m or rad.
+const std::map<std::string, double> kUnits = {
+    {"", 1},
+    {"s", 1},
+    {"ms", 1e-3},
+    {"us", 1e-6},
+    {"ns", 1e-9},
+    {"m", 1},
+    {"cm", 0.01},
+    {"mm", 1e-3},
+    {"rad", 1},
+    {"deg", M_PI / 180},
+    {"degrees", M_PI / 180},
+    {"\xC2\xB0", M_PI / 180}};
+
+/// Returns what a column holds of a pose, by its name in lower case such as "pose.orientation.x": time, nanoseconds (of
+/// a time in two parts), x, y, phi, or qx to qw; an empty text if nothing.
+std::string meaning_of(const std::string& name)
+{
+	const std::string last = name.substr(name.find_last_of("._/") + 1);
+	const std::string before = name.substr(0, name.size() - last.size());
+	const auto is_one_of = [&](std::initializer_list<const char*> words)
+	{ return std::find(words.begin(), words.end(), last) != words.end(); };
+	const auto is_in = [&](const char* word) { return before.find(word) != std::string::npos; };
+	if (is_one_of({"t", "time", "timestamp", "stamp"})) return "time";
+	if (is_in("stamp") && is_one_of({"sec", "secs"})) return "time";
+	if (is_in("stamp") && is_one_of({"nanosec", "nsec", "nsecs"})) return "nanoseconds";
+	if (is_one_of({"phi", "yaw", "theta", "heading"})) return "phi";
+	if (is_one_of({"qx", "qy", "qz", "qw"})) return last;
+	if (is_one_of({"tx", "ty"})) return last.substr(1);
+	if (!is_one_of({"x", "y", "z", "w"})) return "";
+	if (before[0] == 'q' || is_in("orientation") || is_in("rotation")) return "q" + last;
+	const bool is_position = before.empty() || before[0] == 'p' || is_in("position") || is_in("translation");
+	return is_position && is_one_of({"x", "y"}) ? last : "";
+}
+
+/// Knows where the columns of a table are that make a pose, and their units.
+struct Columns
+{
+	struct Place
 	{
-		const auto value = is_no_number(word) ? std::numeric_limits<double>::quiet_NaN() : parse_number(word);
-		if (!value) return {};
-		values.push_back(*value);
+		std::size_t column;
+		double factor;  //!< see kUnits
+	};
+	std::map<std::string, Place> places{};  //!< by meaning
+	char separator = ' ';
+	std::size_t count = 0;
+	std::string wrong_unit{};  //!< empty: none has one
+
+	/// \param line names the columns, with commas, semicolons, tabs or blanks between them
+	explicit Columns(std::string line)
+	{
+		for (const char other : {'\t', ';', ','})
+			if (line.find(other) != std::string::npos) separator = other;
+		for (std::size_t at;
+		     (at = line.find(" [")) != std::string::npos || (at = line.find(" (")) != std::string::npos;)
+			line.erase(at, 1);  // so that a unit belongs to the name before it
+		for (const std::string& text : split(line, separator)) add(lower_word(text));
 	}
-	return values;
-}
 
-/// Returns the pose that numbers are, whose count tells the layout of the line; no value if there is none like that.
-std::optional<TimedPose> pose_of(const std::vector<double>& values)
-{
-	TimedPose pose;
-	if (values.size() == 4) pose.pose.phi = values[3];
-	if (values.size() == 7) pose.pose.phi = values[4];
-	if (values.size() == 8) pose.pose.phi = yaw_of_quaternion(values[4], values[5], values[6], values[7]);
-	if ((values.size() != 4 && values.size() != 7 && values.size() != 8) || std::isnan(pose.pose.phi))
-		return std::nullopt;
-	pose.timestamp = values[0];
-	pose.pose.x = values[1];
-	pose.pose.y = values[2];
-	return pose;
-}
+	void add(std::string name)
+	{
+		const auto bracket = std::min(name.find_first_of("[("), name.size());
+		std::string unit = name.substr(bracket).substr(0, name.find_first_of("])", bracket) - bracket);
+		unit.erase(0, 1);
+		name = name.substr(0, bracket);
+		// "yaw_deg" tells the unit, too.
+		if (const auto last = name.rfind('_'); last != std::string::npos && kUnits.count(name.substr(last + 1)) > 0)
+			unit = name.substr(last + 1), name.resize(last);
+		const std::string meaning = meaning_of(name);
+		const Place place{count++, kUnits.count(unit) > 0 ? kUnits.at(unit) : 1};
+		if (meaning.empty()) return;
+		if (kUnits.count(unit) == 0)
+			wrong_unit = "has a column '" + name + "' with the unit '" + unit +
+			             "'; give times in s, ms, us or ns, lengths in m, cm or mm, and angles in rad or deg";
+		// The stamp of a message goes before the time of its recording.
+		if (meaning == "time" && name.find("stamp") != std::string::npos) places.erase(meaning);
+		places.emplace(meaning, place);
+	}
 
-[[noreturn]] void throw_wrong_line(const std::string& file, int number, const std::string& what)
-{
-	throw UserError(kBadInput, file, "line " + std::to_string(number) + " " + what + "; correct it");
-}
+	/// Returns what is missing for a pose, or an empty text if nothing is.
+	std::string missing() const
+	{
+		for (const char* meaning : {"time", "x", "y"})
+			if (places.count(meaning) == 0) return meaning;
+		const bool has_quaternion =
+		    places.count("qx") + places.count("qy") + places.count("qz") + places.count("qw") == 4;
+		return places.count("phi") == 0 && !has_quaternion ? "phi, yaw, theta or a quaternion" : "";
+	}
+};
 
-constexpr const char* kByteOrderMark = "\xEF\xBB\xBF";  //!< of a text in UTF-8
-
-/// Reads the poses of a file line by line.
 class TruthReader
 {
    public:
 	explicit TruthReader(const std::string& file) : file_(file) {}
 
-	void read(const std::string& line)
+	void read(std::string line)
 	{
-		if (++number_ == 1 && line.rfind(kByteOrderMark, 0) == 0) return read_after_mark(line);
+		if (++number_ == 1 && line.rfind("\xEF\xBB\xBF", 0) == 0) line.erase(0, 3);  // a byte order mark
 		if (number_ == 1 && (line.rfind("\xFF\xFE", 0) == 0 || line.rfind("\xFE\xFF", 0) == 0))
 			throw UserError(kBadInput, file_, "is a text in UTF-16; save it as UTF-8");
 		const auto first = line.find_first_not_of(" \t\r");
 		if (first == std::string::npos) return;
 		const bool is_comment = line[first] == '%' || line[first] == '#';
-		const bool may_name_columns = truth_.empty() && (!columns_ || columns_->may_be_remark());
-		const auto columns = may_name_columns ? Columns::parse(line) : std::nullopt;
-		if (columns)
+		if (truth_.empty() && (is_comment || !columns_))
 		{
-			const std::string missing = columns->missing();
-			if (missing.empty() && !columns->wrong_unit().empty() && !columns->may_be_remark())
-				throw_wrong_line(file_, number_, columns->wrong_unit());
-			if (missing.empty()) columns_ = columns;
-			if (missing.empty() || is_comment) return;
-			throw_wrong_line(file_, number_, "names no column for " + missing);
+			line.erase(0, line.find_first_not_of("%# \t"));
+			const Columns columns(line);
+			if (columns.missing().empty()) return void(columns_ = columns);
+			if (!is_comment && columns.separator != ' ' && !parse_number(split(line, columns.separator).front()))
+				refuse("names no column for " + columns.missing());
 		}
-		if (is_comment) return;
-		if (is_only_remark(line)) columns_.reset();
-		if (columns_)
-			read_row(columns_->values_of(line));
-		else
-			read_numbers(parse_numbers(line));
+		if (!is_comment) read_row(split(line, columns_ ? columns_->separator : ' '));
 	}
 
 	const GroundTruth& truth() const { return truth_; }
 
    private:
-	/// Returns whether what was taken for names of columns are not those of the first line below.
-	bool is_only_remark(const std::string& line) const
+	[[noreturn]] void refuse(const std::string& what) const
 	{
-		return columns_ && columns_->may_be_remark() && truth_.empty() && columns_->count() != words_of(line).size();
+		throw UserError(kBadInput, file_, "line " + std::to_string(number_) + " " + what + "; correct it");
 	}
 
-	void read_after_mark(const std::string& line)
+	/// Returns the columns of a line without names, by their number.
+	Columns columns_of(std::size_t count) const
 	{
-		number_ = 0;
-		read(line.substr(std::strlen(kByteOrderMark)));
+		for (const char* names : {"time x y phi", "time x y z yaw pitch roll", "time x y z qx qy qz qw"})
+			if (const Columns columns(names); columns.count == count) return columns;
+		refuse(
+		    "is neither 'time x y phi' nor 'time x y z yaw pitch roll' nor 'time x y z qx qy qz qw', and no line above "
+		    "names columns with commas between them");
 	}
 
 	void read_row(const std::vector<std::string>& row)
 	{
-		if (!columns_->wrong_unit().empty()) throw_wrong_line(file_, number_, columns_->wrong_unit());
-		if (columns_->may_be_remark() && row.size() != columns_->count())
-			throw_wrong_line(
-			    file_, number_,
+		const bool is_blank = !columns_ || columns_->separator == ' ';
+		const bool has_other_count = !columns_ || columns_->count != row.size();
+		// Words of a comment that are as many as the numbers below it are their names.
+		if (is_blank && has_other_count && truth_.empty())
+			columns_ = columns_of(row.size());
+		else if (is_blank && has_other_count)
+			refuse(
 			    "has " + std::to_string(row.size()) + " numbers, and the lines above have " +
-			        std::to_string(columns_->count()));
-		if (columns_->is_empty(row)) return;
-		const auto pose = columns_->parse_row(row);
-		if (!pose) throw_wrong_line(file_, number_, columns_->wrong_value(row));
-		add(*pose);
+			    std::to_string(columns_->count));
+		if (!columns_->wrong_unit.empty()) refuse(columns_->wrong_unit);
+		std::map<std::string, double> values;
+		std::string wrong;
+		for (const auto& [meaning, place] : columns_->places)
+		{
+			const std::string text = place.column < row.size() ? row[place.column] : "";
+			const auto value = parse_number(text);
+			if (!value && meaning != "time" && place.column < row.size() && is_no_number(text)) return;
+			if (!value && wrong.empty()) wrong = "has '" + text + "' as " + meaning + ", which is no number";
+			values[meaning] = place.factor * value.value_or(0);
+		}
+		if (!wrong.empty()) refuse(wrong);
+		const double phi = values.count("phi") > 0
+		                       ? values["phi"]
+		                       : yaw_of_quaternion(values["qx"], values["qy"], values["qz"], values["qw"]);
+		if (std::isnan(phi)) refuse("has a quaternion that is no rotation");
+		add({values["time"] + 1e-9 * values["nanoseconds"], {values["x"], values["y"], phi}});
 	}
 
-	void read_numbers(const std::vector<double>& numbers)
-	{
-		const bool has_time = !numbers.empty() && !std::isnan(numbers.front());
-		if (has_time && std::any_of(numbers.begin(), numbers.end(), [](double n) { return std::isnan(n); }))
-			return;  // no pose is known then
-		const auto pose = has_time ? pose_of(numbers) : std::nullopt;
-		if (!pose)
-			throw_wrong_line(
-			    file_, number_,
-			    "is neither 'time x y phi' nor 'time x y z yaw pitch roll' nor 'time x y z qx qy qz qw', and no line "
-			    "above names columns with commas between them");
-		if (truth_.empty()) numbers_of_line_ = numbers.size();
-		if (numbers.size() != numbers_of_line_)
-			throw_wrong_line(
-			    file_, number_,
-			    "has " + std::to_string(numbers.size()) + " numbers, and the lines above have " +
-			        std::to_string(numbers_of_line_));
-		add(*pose);
-	}
-
-	void add(TimedPose pose)
+	void add(TimedPose line)
 	{
 		// A time tells its unit: the least in ms that counts here is in 1973, and would be in the year 5138 in s.
 		constexpr double kLeastNanoseconds = 1e16, kLeastMicroseconds = 1e14, kLeastMilliseconds = 1e11;
-		pose.timestamp *= pose.timestamp > kLeastNanoseconds    ? 1e-9
-		                  : pose.timestamp > kLeastMicroseconds ? 1e-6
-		                  : pose.timestamp > kLeastMilliseconds ? 1e-3
-		                                                        : 1;
+		line.time *= line.time > kLeastNanoseconds    ? 1e-9
+		             : line.time > kLeastMicroseconds ? 1e-6
+		             : line.time > kLeastMilliseconds ? 1e-3
+		                                              : 1;
 		constexpr double kFarthest = 1e7;  // [m] a quarter of the way around the earth
-		if (!(std::abs(pose.pose.x) <= kFarthest && std::abs(pose.pose.y) <= kFarthest))
-			throw_wrong_line(file_, number_, "has a position that is more than 10,000 km from the origin of the map");
-		truth_.push_back(pose);
+		if (!(std::abs(line.robot.x) <= kFarthest && std::abs(line.robot.y) <= kFarthest))
+			refuse("has a position that is more than 10,000 km from the origin of the map");
+		truth_.push_back(line);
 	}
 
 	std::string file_;
 	int number_ = 0;
-	std::size_t numbers_of_line_ = 0;  //!< if the file has no names of columns
-	std::optional<Columns> columns_;   //!< if the file has names of columns
+	std::optional<Columns> columns_;
 	GroundTruth truth_;
 };
 }  // namespace
@@ -192,181 +282,121 @@ GroundTruth load_ground_truth(const std::string& file)
 	return reader.truth();
 }
 
-PosesInFrame read_ground_truth(
+logs::PosesInFrame read_ground_truth(
     const std::string& name, const std::string& log, const std::string& label, const std::string& damage)
 {
-	if (name.rfind(kFramePrefix, 0) == 0)
-	{
-		PosesInFrame found{{}, name.substr(std::strlen(kFramePrefix))};
-		for (const auto& [time, pose] : logs::read_poses_of_frame(log, found.frame, label, damage))
-			found.poses.push_back({time, pose});
-		return found;
-	}
-	if (name.rfind(kTopicPrefix, 0) != 0) return {load_ground_truth(name)};
-	const logs::PosesOfTopic of_topic = logs::read_poses_of_topic(log, name.substr(std::strlen(kTopicPrefix)), damage);
-	PosesInFrame found{{}, of_topic.frame};
-	for (const auto& [time, pose] : of_topic.poses) found.poses.push_back({time, pose});
-	return found;
+	const std::string source = name.substr(name.find(':') + 1);
+	if (name.rfind(kFramePrefix, 0) == 0) return logs::read_poses_of_frame(log, source, label, damage);
+	if (name.rfind(kTopicPrefix, 0) == 0) return logs::read_poses_of_topic(log, source, damage);
+	return {load_ground_truth(name), ""};
 }
 
 namespace
 {
-/// Ground truth by time, and the pose at any time.
-class Path
+/// Returns the first line that is not before a time. \param lines by increasing time
+GroundTruth::const_iterator first_from(const GroundTruth& lines, double time)
 {
-   public:
-	explicit Path(GroundTruth truth) : lines_(std::move(truth))
-	{
-		std::stable_sort(
-		    lines_.begin(), lines_.end(),
-		    [](const TimedPose& a, const TimedPose& b) { return a.timestamp < b.timestamp; });
-	}
+	return std::lower_bound(
+	    lines.begin(), lines.end(), time, [](const TimedPose& line, double limit) { return line.time < limit; });
+}
 
-	/// Returns whether a line is within 1 ms.
-	bool has_line_at(double time) const
-	{
-		const auto next = first_from(time - kSameTime);
-		return next != lines_.end() && next->timestamp <= time + kSameTime;
-	}
-
-	/// Returns the pose between the lines before and after that time; no value if there are none, or if they are
-	/// further apart than `greatest_gap` [s].
-	std::optional<mrpt::math::TPose2D> pose_at(double time, double greatest_gap) const
-	{
-		const auto after = first_from(time);
-		if (after == lines_.end() || (after == lines_.begin() && after->timestamp > time)) return std::nullopt;
-		if (after->timestamp == time) return after->pose;
-		const auto before = after - 1;
-		const double gap = after->timestamp - before->timestamp;
-		if (gap > greatest_gap) return std::nullopt;
-		return pose_between(before->pose, after->pose, (time - before->timestamp) / gap);
-	}
-
-   private:
-	GroundTruth::const_iterator first_from(double time) const
-	{
-		return std::lower_bound(
-		    lines_.begin(), lines_.end(), time,
-		    [](const TimedPose& line, double limit) { return line.timestamp < limit; });
-	}
-
-	GroundTruth lines_;
-};
-
-/// Compares the poses of localized frames with the ground truth at other offsets of time.
-class OffsetSearch
+/// Returns the pose between the lines before and after a time; no value if there are none, or if they are further apart
+/// than `greatest_gap` [s].
+std::optional<TPose2D> pose_at(const GroundTruth& lines, double time, double greatest_gap)
 {
-   public:
-	OffsetSearch(Path path, const std::vector<KeptFrame>& frames) : path_(std::move(path))
-	{
-		for (const KeptFrame& frame : frames)
-			if (frame.localized()) frames_.push_back(&frame);
-		constexpr std::size_t kMostFrames = 500;  // frames, evenly spread: enough, however long the log is
-		const std::size_t step = 1 + frames_.size() / kMostFrames;
-		for (std::size_t i = 0; i * step < frames_.size(); i++) frames_[i] = frames_[i * step];
-		frames_.resize((frames_.size() + step - 1) / step);
-	}
+	const auto after = first_from(lines, time);
+	if (after == lines.end() || (after == lines.begin() && after->time > time)) return std::nullopt;
+	if (after->time == time) return after->robot;
+	const auto before = after - 1;
+	const double gap = after->time - before->time;
+	if (gap > greatest_gap) return std::nullopt;
+	return pose_between(before->robot, after->robot, (time - before->time) / gap);
+}
 
-	/// Returns the offset [s], 0 if none makes the fit much better.
-	double find() const
-	{
-		constexpr std::size_t kLeastFrames = 5;
-		constexpr double kMuchBetter = 0.5;  // of the mean error
-		if (frames_.size() < kLeastFrames) return 0;
-		double best = 0, least = error(0);
-		for (const double step :
-		     {0.05, 0.005, 0.0005})  // [s] the first for up to 5 s, each next around the best so far
-		{
-			const double middle = best;
-			const double reach = step == 0.05 ? 5.0 : 10 * step;  // [s]
-			const auto steps = std::lround(reach / step);
-			for (long i = -steps; i <= steps; i++)
-			{
-				const double offset = middle + static_cast<double>(i) * step;
-				const double here = error(offset);
-				if (here >= least) continue;
-				best = offset;
-				least = here;
-			}
-		}
-		return least < kMuchBetter * error(0) ? best : 0;
-	}
+double angle_between(const TPose2D& a, const TPose2D& b)
+{
+	return std::abs(mrpt::math::wrapToPi(a.phi - b.phi));
+}
 
-   private:
-	/// Returns the mean error of position and yaw, each of which counts for at most 1 m or 1 rad.
-	double error(double offset) const
+/// Returns how far [s] the clock of the ground truth is ahead, 0 if nothing makes the fit much better.
+double find_offset(const GroundTruth& lines, const std::vector<KeptFrame>& frames)
+{
+	constexpr std::size_t kLeastFrames = 5, kMostFrames = 500;  // [-] evenly spread: enough, however long the log is
+	constexpr double kMuchBetter = 0.5;                         // of the mean error
+	std::vector<const KeptFrame*> localized;
+	for (const KeptFrame& frame : frames)
+		if (frame.localized()) localized.push_back(&frame);
+	if (localized.size() < kLeastFrames) return 0;
+	// The sum of the errors of position and yaw, each of which counts for at most 1 m or 1 rad.
+	const auto error = [&](double offset)
 	{
-		constexpr double kAnyGap = std::numeric_limits<double>::infinity();
 		double sum = 0;
-		for (const KeptFrame* frame : frames_)
+		for (std::size_t i = 0; i < localized.size(); i += 1 + localized.size() / kMostFrames)
 		{
-			const auto truth = path_.pose_at(frame->timestamp + offset, kAnyGap);
-			const auto& pose = frame->pose;
+			const TPose2D& pose = localized[i]->pose;
+			const auto truth = pose_at(lines, localized[i]->timestamp + offset, HUGE_VAL);
 			sum += truth ? std::min(1.0, std::hypot(pose.x - truth->x, pose.y - truth->y)) +
-			                   std::min(1.0, std::abs(mrpt::math::wrapToPi(pose.phi - truth->phi)))
+			                   std::min(1.0, angle_between(pose, *truth))
 			             : 2.0;
 		}
-		return sum / static_cast<double>(frames_.size());
+		return sum;
+	};
+	const double without = error(0);
+	double best = 0, least = without;
+	for (const double step : {0.05, 0.005, 0.0005})  // [s] the first for up to 5 s, each next around the best so far
+	{
+		const double middle = best;
+		const int steps = step == 0.05 ? 100 : 10;
+		for (int i = -steps; i <= steps; i++)
+			if (const double here = error(middle + i * step); here < least) least = here, best = middle + i * step;
 	}
+	return least < kMuchBetter * without ? best : 0;
+}
 
-	Path path_;
-	std::vector<const KeptFrame*> frames_;
-};
+bool are_headings_degrees(GroundTruth lines, const std::vector<KeptFrame>& frames)
+{
+	constexpr double kTurn = 2 * M_PI, kSame = 5 * M_PI / 180;  // [rad]
+	constexpr std::size_t kFewest = 5;                          // [-] frames that show something
+	const auto is_beyond = [](const TimedPose& line) { return std::abs(line.robot.phi) > kTurn; };
+	if (std::none_of(lines.begin(), lines.end(), is_beyond)) return false;
+	std::size_t of = 0, same_as_they_are = 0, same = 0;
+	const auto count = [&](std::size_t& counter)
+	{
+		of = 0;
+		for (const KeptFrame& frame : frames)
+		{
+			const auto pose = frame.localized() ? pose_at(lines, frame.timestamp, kGreatestGap) : std::nullopt;
+			of += pose.has_value();
+			counter += pose && angle_between(frame.pose, *pose) < kSame;
+		}
+	};
+	count(same_as_they_are);
+	for (TimedPose& line : lines) line.robot.phi *= M_PI / 180;
+	count(same);
+	return same >= kFewest && 3 * same > 2 * of && 2 * same_as_they_are < same;
+}
 }  // namespace
 
 AlignedTruth align_truth(const GroundTruth& truth, const std::vector<KeptFrame>& frames)
 {
 	AlignedTruth aligned{truth};
-	aligned.offset = OffsetSearch(Path(truth), frames).find();
-	for (TimedPose& line : aligned.lines) line.timestamp -= aligned.offset;
-
-	const Path path(aligned.lines);
-	GroundTruth interpolated;
+	GroundTruth& lines = aligned.lines;
+	std::stable_sort(
+	    lines.begin(), lines.end(), [](const TimedPose& a, const TimedPose& b) { return a.time < b.time; });
+	aligned.offset = find_offset(lines, frames);
+	for (TimedPose& line : lines) line.time -= aligned.offset;
+	aligned.is_in_degrees = are_headings_degrees(lines, frames);
+	GroundTruth of_frames;
 	for (const KeptFrame& frame : frames)
 	{
-		if (path.has_line_at(frame.timestamp)) continue;
-		if (const auto pose = path.pose_at(frame.timestamp, kGreatestGap))
-			interpolated.push_back({frame.timestamp, *pose});
+		const auto line = first_from(lines, frame.timestamp - kSameTime);
+		const bool has_line = line != lines.end() && line->time <= frame.timestamp + kSameTime;
+		const auto pose = has_line ? std::nullopt : pose_at(lines, frame.timestamp, kGreatestGap);
+		if (has_line) of_frames.push_back(*line);
+		if (pose) of_frames.push_back({frame.timestamp, *pose});
+		aligned.interpolated += pose.has_value();
 	}
-	aligned.interpolated = interpolated.size();
-	if (interpolated.empty()) return aligned;
-	std::vector<double> times;
-	for (const KeptFrame& frame : frames) times.push_back(frame.timestamp);
-	std::sort(times.begin(), times.end());
-	const auto has_no_frame = [&](const TimedPose& line)
-	{
-		const auto next = std::lower_bound(times.begin(), times.end(), line.timestamp - kSameTime);
-		return next == times.end() || *next > line.timestamp + kSameTime;
-	};
-	auto& lines = aligned.lines;
-	lines.erase(std::remove_if(lines.begin(), lines.end(), has_no_frame), lines.end());
-	lines.insert(lines.end(), interpolated.begin(), interpolated.end());
+	if (aligned.interpolated > 0) lines = std::move(of_frames);
 	return aligned;
-}
-
-bool are_headings_degrees(const GroundTruth& truth, const std::vector<KeptFrame>& frames)
-{
-	constexpr double kTurn = 2 * M_PI, kSame = 5 * M_PI / 180;  // [rad]
-	constexpr std::size_t kFewest = 5;                          // [-] frames that show something
-	const auto is_beyond = [](const TimedPose& line) { return std::abs(line.pose.phi) > kTurn; };
-	if (std::none_of(truth.begin(), truth.end(), is_beyond)) return false;
-	const auto count_same = [&](double unit)
-	{
-		GroundTruth lines = truth;
-		for (TimedPose& line : lines) line.pose.phi *= unit;
-		const Path path(lines);
-		std::size_t of = 0, same = 0;
-		for (const KeptFrame& frame : frames)
-		{
-			const auto pose = frame.localized() ? path.pose_at(frame.timestamp, kGreatestGap) : std::nullopt;
-			if (!pose) continue;
-			of++;
-			same += std::abs(mrpt::math::wrapToPi(frame.pose.phi - pose->phi)) < kSame;
-		}
-		return std::pair(same, of);
-	};
-	const std::size_t as_they_are = count_same(1).first;
-	const auto [same, of] = count_same(M_PI / 180);
-	return same >= kFewest && 3 * same > 2 * of && 2 * as_they_are < same;
 }
 }  // namespace d2s1r::app

@@ -34,7 +34,7 @@ struct RunReport
 	std::size_t truth_lines = 0;           //!< [-] lines of the ground truth; 0 if there is none
 	std::size_t truth_interpolated = 0;    //!< [-] of these, made between two lines of the file
 	double truth_offset = 0;               //!< [s] see AlignedTruth
-	bool is_truth_in_degrees = false;      //!< see are_headings_degrees()
+	bool is_truth_in_degrees = false;      //!< see AlignedTruth
 	std::vector<Match> matches{};          //!< frames with ground truth
 	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
 	DriveCalibration drive{};              //!< what the drive shows of the laser
@@ -53,7 +53,6 @@ std::map<std::string, std::size_t> count_maps(const FrameStore& frames);
 /// Returns [1/s], without the time for reading and writing.
 double frames_per_second(const RunReport& report);
 
-/// Returns whether any frame is localized.
 bool any_localized(const std::vector<KeptFrame>& frames);
 
 /// Returns the number of frames of each status, in the order of Status.
@@ -64,17 +63,14 @@ constexpr std::array<Status, 4> kStatuses = {
 /// Returns the times [ms] that one stage took, frame by frame.
 std::vector<double> stage_times(const std::vector<KeptFrame>& frames, double StageTimes::*stage);
 
-/// Says what the scans tell about the tracker of --check.
 struct TrackerReport
 {
 	std::size_t fits = 0, lost = 0, cannot_tell = 0;  //!< [-] number of frames of each verdict
 	std::optional<std::size_t> first_lost{};          //!< [-] place of the first lost one among the frames of the run
 };
 
-/// Counts the verdicts about the tracker.
 TrackerReport report_tracker(const std::vector<KeptFrame>& frames);
 
-/// Says how the Tracker of --track did.
 struct TrackReport
 {
 	std::array<std::size_t, 4> statuses{};   //!< [-] number of frames, by Status
@@ -85,7 +81,6 @@ struct TrackReport
 /// Counts what the Tracker said, and how often its pose is right.
 TrackReport report_track(const RunReport& report);
 
-/// Says how the particle filter of --fuse did.
 struct FusionReport
 {
 	std::size_t tracking = 0, ambiguous = 0, waiting = 0;  //!< [-] number of frames of each status

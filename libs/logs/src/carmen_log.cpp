@@ -1,7 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // CARMEN logs, as https://carmen.sourceforge.net/doc/binary__loggerplayback.html has them: a message a line.
-#include "carmen_log.h"
-
 #include <mrpt/core/bits_math.h>
 
 #include <algorithm>
@@ -13,8 +11,9 @@
 #include <new>
 #include <string_view>
 
+#include "formats.h"
 #include "logs/errors.h"
-#include "text_file.h"
+#include "unpacking_stream.h"
 
 namespace d2s1r::logs
 {
@@ -24,7 +23,6 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8, which 
 constexpr std::size_t kMostShownLine = 1 << 20;              // [byte] a scan has 10,000
 constexpr double kMaxRange = 80;                             // [m] of a SICK laser, unless the log says otherwise
 
-/// The words of a line, one after the other.
 class Words
 {
    public:
@@ -81,7 +79,6 @@ class Words
 	std::string_view rest_;
 };
 
-/// A message of a scan or of odometry.
 struct Line
 {
 	double time = 0;                     //!< [s] of CARMEN's clock
@@ -92,7 +89,6 @@ struct Line
 	bool is_settled = true;              //!< its time will not change any more
 };
 
-/// What PARAM lines say about a laser.
 struct LaserParameters
 {
 	double offset = 0;             //!< [m] before the middle of the robot
@@ -106,7 +102,6 @@ struct LaserParameters
 	}
 };
 
-/// What the parameters of the log tell of all lasers.
 struct Lasers
 {
 	LaserParameters front, rear;
@@ -132,7 +127,6 @@ struct KnownLasers
 	Labels loose;  //!< labels of lasers that move on the robot, so that their pose is not known
 };
 
-/// How a laser looks around.
 struct Laser
 {
 	std::string label;
@@ -142,7 +136,6 @@ struct Laser
 	mrpt::poses::CPose3D pose{};  //!< on the robot
 };
 
-/// A line of a laser.
 Line make_line(double time, const mrpt::poses::CPose2D& robot, const Laser& laser, const std::vector<float>& ranges)
 {
 	RecordedScan scan;
@@ -238,16 +231,14 @@ constexpr const char* kLoose =
 class CarmenReader : public LogReader
 {
    public:
-	/// \param known of an earlier reading
 	CarmenReader(const std::string& path, Stop stop, const std::optional<KnownLasers>& known = {})
-	    : file_(open_text(path)),
+	    : file_(open_unpacked(path)),
 	      stop_(std::move(stop)),
 	      is_known_(known.has_value()),
 	      known_(known.value_or(KnownLasers()))
 	{
 	}
 
-	/// Returns what the lines that were read tell of the lasers.
 	const KnownLasers& known() const { return known_; }
 
 	/// A line of a laser gives its odometry, then its scan. Odometry that is no newer than what came before is left
@@ -276,7 +267,6 @@ class CarmenReader : public LogReader
 		return std::nullopt;
 	}
 
-	/// Reads the log to its end. \throws Interrupted if the caller asked to stop
 	LogSurvey survey()
 	{
 		LogSurvey survey;
@@ -312,7 +302,6 @@ class CarmenReader : public LogReader
 	}
 
    private:
-	/// The next line with its final time.
 	std::optional<Line> next_line()
 	{
 		constexpr std::size_t kMostWaiting = 10000;      // [-] lines, for logs whose laser falls silent
@@ -429,7 +418,7 @@ class CarmenReader : public LogReader
 		line.is_settled = true;
 	}
 
-	std::unique_ptr<TextFile> file_;
+	std::unique_ptr<InputStream> file_;
 	Stop stop_;
 	bool is_stopped_ = false;
 	std::string text_;           //!< read, but not yet parsed from past_line_ on

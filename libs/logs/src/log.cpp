@@ -7,15 +7,16 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <deque>
 #include <filesystem>
+#include <new>
 
-#include "bags/ros_log.h"
-#include "carmen_log.h"
+#include "formats.h"
 #include "logs/errors.h"
-#include "odometry_of_scans.h"
-#include "rawlog/open_rawlog.h"
-#include "text_file.h"
+#include "unpacking_stream.h"
 
 namespace d2s1r::logs
 {
@@ -69,6 +70,10 @@ std::string unpacked_start(const std::string& path)
 	{
 		throw LogError(path, unread("", e.what()));
 	}
+	catch (const Unreadable& e)
+	{
+		throw LogError(path, e.what());
+	}
 	catch (const std::bad_alloc&)
 	{
 		throw;
@@ -79,7 +84,6 @@ std::string unpacked_start(const std::string& path)
 	}
 }
 
-/// Alters the scans of one laser.
 class OverridingReader : public LogReader
 {
    public:
@@ -130,10 +134,133 @@ class OverridingReader : public LogReader
 	Overrides overrides_;
 };
 
+/// Reads a log, and gives each scan the odometry at its time and during its beams. Unless the log is still being
+/// written, an object is held back until the odometry after its scans has come, or the log has gone on for half a
+/// second, or what waits takes more than ros::kMostBytesWaiting.
+class ReaderWithOdometry : public LogReader
+{
+   public:
+	ReaderWithOdometry(std::unique_ptr<LogReader> reader, const LogSurvey& survey, std::string label)
+	    : reader_(std::move(reader)), waits_(!survey.is_live && !survey.odometry.empty()), label_(std::move(label))
+	{
+	}
+
+	std::optional<RawlogObject> next() override
+	{
+		while (waiting_.empty() || must_wait(waiting_.front()))
+			if (!read()) break;
+		if (waiting_.empty())
+		{
+			damage_ = reader_->damage();
+			missing_class_ = reader_->missing_class();
+			return std::nullopt;
+		}
+		RawlogObject object = std::move(waiting_.front().object);
+		waiting_.pop_front();
+		bytes_ -= weight_of(object);
+		for (std::size_t i = 0; i < object.scans.size(); i++) complete(*object.scans[i], object.details[i]);
+		return object;
+	}
+
+	const ros::RobotTrack* track() const override { return &track_; }
+
+   private:
+	struct Waiting
+	{
+		RawlogObject object;
+		ros::Time since = 0;
+	};
+
+	/// Returns whether there was another object.
+	bool read()
+	{
+		if (is_at_end_) return false;
+		auto object = reader_->next();
+		is_at_end_ = !object;
+		if (!object) return false;
+		take_odometry(*object);
+		for (std::size_t i = 0; i < object->scans.size(); i++)
+		{
+			ScanDetails& details = object->details[i];
+			if (details.time == 0) details.time = ros::from_time(object->scans[i]->timestamp);
+			details.sweep = details.time > 0 ? details.sweep.checked() : SweepTime();
+			now_ = std::max(now_, details.time);
+			if (has_increments_) track_.add(ros::OdometrySource::kMessages, details.time, newest_);
+			if (is_news_ && (is_by_order_ || details.time == 0)) details.robot = newest_;
+		}
+		if (!object->scans.empty()) is_news_ = false;
+		if (!object->is_of_log()) return true;
+		bytes_ += weight_of(*object);
+		waiting_.push_back({std::move(*object), now_});
+		return true;
+	}
+
+	void take_odometry(const RawlogObject& object)
+	{
+		if (object.odometry && object.odometry_time > 0)
+			track_.add(object.odometry_source, object.odometry_time, *object.odometry);
+		now_ = std::max(now_, object.odometry_time);
+		has_increments_ = has_increments_ || object.increment;
+		// What stands in one sensory frame belongs together, whatever its stamps say.
+		const bool has_no_time = object.odometry_time == 0 || !object.scans.empty();
+		is_by_order_ = is_by_order_ || object.increment || (object.odometry && has_no_time);
+		is_news_ = is_news_ || object.odometry || object.increment;
+		if (object.odometry) newest_ = *object.odometry;
+		if (object.increment) newest_ = newest_ + *object.increment;
+	}
+
+	bool must_wait(const Waiting& waiting) const
+	{
+		if (!waits_ || bytes_ > ros::kMostBytesWaiting) return false;
+		const auto& details = waiting.object.details;
+		return std::any_of(
+		    details.begin(), details.end(),
+		    [&](const ScanDetails& scan)
+		    {
+			    const auto end = scan.time + static_cast<ros::Time>(1e9 * scan.sweep.span().second);
+			    return scan.time > 0 && track_.must_wait(end, now_ - waiting.since);
+		    });
+	}
+
+	/// Gives a scan the odometry at its time and over its sweep.
+	void complete(const RecordedScan& scan, ScanDetails& details)
+	{
+		if (scan.label == label_ && details.time > 0 && details.unusable.text.empty()) track_.judge(details.time, scan);
+		details.motion = track_.sweep_of(details.sweep, details.time, scan.size());
+		if (!details.robot && details.time > 0) details.robot = track_.at(details.time);
+	}
+
+	std::unique_ptr<LogReader> reader_;
+	bool waits_;
+	std::string label_;
+	std::deque<Waiting> waiting_;
+	std::size_t bytes_ = 0;  //!< of these
+	ros::RobotTrack track_;
+	ros::Time now_ = 0;            //!< newest of all that has been read
+	mrpt::poses::CPose2D newest_;  //!< by the last reading, whatever its time
+	bool is_news_ = false;         //!< whether that came after the last scan
+	bool has_increments_ = false;  //!< of action collections, which end at the next scan
+	bool is_by_order_ = false;     //!< whether the order of the log tells to which scan a reading belongs
+	bool is_at_end_ = false;
+};
+
 constexpr double kTicksPerSecond = mrpt::Clock::period::den;  //!< [1/s] a tick is 100 ns
 constexpr double kFirstTime = -1e10;                          //!< [s] in 1653; MRPT's clock starts in 1601
 constexpr double kLastTime = 1e11;                            //!< [s] in 5138
 }  // namespace
+
+std::string unread(const std::string& where, const std::string& reason)
+{
+	return "cannot be read" + (where.empty() ? "" : " " + where) + " (" + reason +
+	       "); check the disk or the connection, or copy the log again";
+}
+
+LogError cannot_open(const std::string& file)
+{
+	if (errno == 0 || errno == ENOMEM) throw std::bad_alloc();  // zlib leaves errno alone when memory runs out
+	const char* const advice = advice_on(errno, "check the file and the disk");
+	return LogError(file, std::string("cannot be opened (") + std::strerror(errno) + "); " + advice);
+}
 
 double to_seconds(mrpt::Clock::time_point time)
 {
@@ -192,13 +319,12 @@ Log open_ros_log(
 	refuse_ros(path);
 }
 
-PosesOfTopic read_poses_of_topic(const std::string& path, const std::string&, const std::string&)
+PosesInFrame read_poses_of_topic(const std::string& path, const std::string&, const std::string&)
 {
 	refuse_ros(path);
 }
 
-std::vector<StampedPose> read_poses_of_frame(
-    const std::string& path, const std::string&, const std::string&, const std::string&)
+PosesInFrame read_poses_of_frame(const std::string& path, const std::string&, const std::string&, const std::string&)
 {
 	refuse_ros(path);
 }
@@ -306,6 +432,6 @@ std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, co
 	auto reader = log.read_for(label);
 	if (!ros::entries_of(overrides).empty() || !overrides.sweeps_of_others.empty())
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
-	return with_odometry(std::move(reader), log.survey, label);
+	return std::make_unique<ReaderWithOdometry>(std::move(reader), log.survey, label);
 }
 }  // namespace d2s1r::logs

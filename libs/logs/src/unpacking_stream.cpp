@@ -1,13 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "unpacking_stream.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
-#ifdef D2S1R_ZSTD
-#include <zstd.h>
-#include <zstd_errors.h>
-#endif
 
 #include <algorithm>
 #include <array>
@@ -15,121 +11,16 @@
 #include <chrono>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <memory>
-#include <new>
 #include <thread>
 
-#include "bags/byte_file.h"
+#include "unpacker.h"
 
 namespace d2s1r::logs
 {
 namespace
 {
 constexpr std::size_t kBytesOfMagic = 4;  // [byte] by which a file is known to be packed, at most
-
-/// Bytes that are still to be used.
-struct Input
-{
-	std::uint8_t* begin;
-	std::uint8_t* end;
-};
-
-/// One way to pack a file, in parts that follow each other.
-class Packing
-{
-   public:
-	Packing() = default;
-	Packing(const Packing&) = delete;
-	Packing& operator=(const Packing&) = delete;
-	virtual ~Packing() = default;
-
-	/// Returns the first byte of each part.
-	virtual std::uint8_t start() const = 0;
-	/// Unpacks up to `count` bytes of a part. Returns how many.
-	/// \throws std::runtime_error if the part is damaged, std::bad_alloc
-	virtual std::size_t unpack(Input& from, std::uint8_t* to, std::size_t count) = 0;
-
-	bool is_within_part() const { return is_within_part_; }  //!< a part has begun and not ended
-	bool may_hold_more() const { return may_hold_more_; }    //!< of what it has been given, for want of room
-
-   protected:
-	[[noreturn]] static void refuse() { throw std::runtime_error("packed data is damaged"); }
-
-	bool is_within_part_ = false, may_hold_more_ = false;
-};
-
-class Gzip : public Packing
-{
-   public:
-	Gzip()
-	{
-		constexpr int kGzip = 16 + MAX_WBITS;
-		if (inflateInit2(&zip_, kGzip) != Z_OK) throw std::bad_alloc();
-	}
-	~Gzip() override { inflateEnd(&zip_); }
-
-	std::uint8_t start() const override { return 0x1f; }
-
-	std::size_t unpack(Input& from, std::uint8_t* to, std::size_t count) override
-	{
-		zip_.next_out = to;
-		zip_.avail_out = static_cast<uInt>(std::min<std::size_t>(count, std::numeric_limits<uInt>::max()));
-		const uInt room = zip_.avail_out;
-		zip_.next_in = from.begin;
-		zip_.avail_in = static_cast<uInt>(from.end - from.begin);
-		const int state = inflate(&zip_, Z_SYNC_FLUSH);
-		from.begin = from.end - zip_.avail_in;
-		if (state == Z_MEM_ERROR) throw std::bad_alloc();
-		if (state != Z_OK && state != Z_STREAM_END) refuse();
-		if (state == Z_STREAM_END) inflateReset(&zip_);  // another part may come after it
-		is_within_part_ = state != Z_STREAM_END;
-		return room - zip_.avail_out;
-	}
-
-   private:
-	z_stream zip_ = {};
-};
-
-#ifdef D2S1R_ZSTD
-class Zstd : public Packing
-{
-   public:
-	Zstd() : context_(ZSTD_createDCtx(), ZSTD_freeDCtx)
-	{
-		if (!context_) throw std::bad_alloc();
-	}
-
-	std::uint8_t start() const override { return 0x28; }
-
-	std::size_t unpack(Input& from, std::uint8_t* to, std::size_t count) override
-	{
-		ZSTD_inBuffer in{from.begin, static_cast<std::size_t>(from.end - from.begin), 0};
-		ZSTD_outBuffer out{to, count, 0};
-		const std::size_t state = ZSTD_decompressStream(context_.get(), &out, &in);
-		from.begin += in.pos;
-		if (ZSTD_getErrorCode(state) == ZSTD_error_memory_allocation) throw std::bad_alloc();
-		if (ZSTD_isError(state)) refuse();
-		is_within_part_ = state != 0;
-		may_hold_more_ = is_within_part_ && out.pos == out.size;
-		return out.pos;
-	}
-
-   private:
-	std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context_;
-};
-#endif
-
-/// Returns how a file is packed that starts like this; null if it is not.
-std::unique_ptr<Packing> packing_of(const Input& start)
-{
-	const Bytes bytes{start.begin, static_cast<std::size_t>(start.end - start.begin)};
-	if (bytes.size > 1 && bytes.data[0] == 0x1f && bytes.data[1] == 0x8b) return std::make_unique<Gzip>();
-#ifdef D2S1R_ZSTD
-	if (is_zstd_frame(bytes)) return std::make_unique<Zstd>();
-#endif
-	return nullptr;
-}
 
 class UnpackingStream : public InputStream
 {
@@ -144,22 +35,23 @@ class UnpackingStream : public InputStream
 		std::size_t got = 0;
 		while (got < count)
 		{
-			const std::size_t more = packing_ ? unpack(to + got, count - got) : take(to + got, count - got);
+			const std::size_t more = unpacker_ ? unpack(to + got, count - got) : take(to + got, count - got);
 			if (more == 0) break;
 			got += more;
 		}
-		if (got == 0 && count > 0 && packing_ && packing_->is_within_part()) throw CutShort();
+		if (got == 0 && count > 0 && unpacker_ && unpacker_->is_within_part()) throw CutShort();
 		return got;
 	}
 
    private:
-	/// Finds out how the stream is packed.
 	void start()
 	{
 		has_started_ = true;
 		while (end_ <= kBytesOfMagic && fill())
 			;
-		packing_ = packing_of({block_.data(), block_.data() + end_});
+		const std::string method = method_of({block_.data(), end_});
+		if (!method.empty()) unpacker_ = make_unpacker(method);
+		first_byte_ = block_.front();
 	}
 
 	/// Waits for bytes and puts them behind those in the block. Returns whether any came.
@@ -201,12 +93,12 @@ class UnpackingStream : public InputStream
 		std::size_t got = 0;
 		while (got == 0)
 		{
-			if (begin_ == end_ && !packing_->may_hold_more() && !fill()) return 0;
+			if (begin_ == end_ && !unpacker_->may_hold_more() && !fill()) return 0;
 			// gzip, too, ignores what else is behind the last part
-			if (!packing_->is_within_part() && block_[begin_] != packing_->start()) return 0;
-			Input input = {block_.data() + begin_, block_.data() + end_};
-			got = packing_->unpack(input, to, count);
-			begin_ = static_cast<std::size_t>(input.begin - block_.data());
+			if (!unpacker_->is_within_part() && block_[begin_] != first_byte_) return 0;
+			Bytes input = {block_.data() + begin_, end_ - begin_};
+			got = unpacker_->unpack(input, to, count);
+			begin_ = end_ - input.size;
 		}
 		return got;
 	}
@@ -214,7 +106,8 @@ class UnpackingStream : public InputStream
 	int descriptor_;
 	bool follows_;
 	bool has_started_ = false;
-	std::unique_ptr<Packing> packing_;  //!< null: not packed
+	std::unique_ptr<Unpacker> unpacker_;  //!< null: not packed
+	std::uint8_t first_byte_ = 0;         //!< of each part
 	std::array<std::uint8_t, 1 << 16> block_{};
 	std::size_t begin_ = 0, end_ = 0;  //!< [byte] of what is still to be used in the block
 };
@@ -223,5 +116,19 @@ class UnpackingStream : public InputStream
 std::unique_ptr<InputStream> unpack(int descriptor, bool follows)
 {
 	return std::make_unique<UnpackingStream>(descriptor, follows);
+}
+
+std::unique_ptr<InputStream> open_unpacked(const std::string& path)
+{
+	const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+	if (descriptor < 0) throw cannot_open(path);
+	return unpack(descriptor, false);
+}
+
+std::string read_unpacked_start(const std::string& path, std::size_t size)
+{
+	std::string start(size, '\0');
+	start.resize(open_unpacked(path)->read(start.data(), size));
+	return start;
 }
 }  // namespace d2s1r::logs

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/temporary_folder.h"
-#include "carmen_log.h"
+#include "formats.h"
 #include "logs/made_logs.h"
 
 using namespace d2s1r::test;
@@ -192,7 +192,7 @@ TEST_F(CarmenLog, DamageIsToldByTheLine)
 	if (!can_pack("bz2")) GTEST_SKIP() << "built without libbz2-dev";
 	const std::string whole = packed("bz2", flaser(1) + flaser(2));
 	objects_of(whole.substr(0, whole.size() - 5), &damage);
-	EXPECT_EQ(damage.rfind("line 1 is damaged or cut short (the part packed by bzip2 is not whole)", 0), 0U) << damage;
+	EXPECT_EQ(damage.rfind("line 3 is damaged or cut short (packed data is not whole)", 0), 0U) << damage;
 }
 
 TEST_F(CarmenLog, WordsOfALogAreNotTakenForALackOfMemory)

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "app/temporary_folder.h"
-#include "bags/ros_log.h"
+#include "formats.h"
 #include "logs/made_logs.h"
 
 namespace d2s1r::logs

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "app/temporary_folder.h"
-#include "bags/ros_log.h"
+#include "formats.h"
 #include "logs/made_logs.h"
 
 using namespace d2s1r;

@@ -43,7 +43,6 @@ struct RecordedScan : RangeScan
 	mrpt::serialization::CSerializable::Ptr origin{};
 };
 
-/// Holds the scans of one object of a log.
 using Scans = std::vector<std::shared_ptr<RecordedScan>>;
 
 /// Holds a pose of the odometry that is an object of a log of another format than MRPT's.
@@ -55,12 +54,8 @@ struct OdometryReading
 	std::optional<mrpt::math::TTwist2D> velocity{};  //!< [m/s, rad/s] in the frame of the robot
 };
 
-/// Holds a time [s] since the epoch and a pose at that time.
-using StampedPose = std::pair<double, mrpt::math::TPose2D>;
-
 using ros::SweepTime;
 
-/// Says what is wrong with a laser's scans.
 struct ScanDoubt
 {
 	/// What has to be given in place of what the scans say.
@@ -153,7 +148,6 @@ struct OtherAngles
 	bool is_possible = false;  //!< whether the usual fields may be right, too, so that only a map can tell
 };
 
-/// Describes a laser of a log.
 struct Sensor
 {
 	std::string label;          //!< of ROS: the topic
@@ -196,7 +190,6 @@ struct Log
 	std::unique_ptr<LogReader> read() const { return read_for(""); }
 };
 
-/// Labels of sensors.
 using Labels = std::set<std::string>;
 
 /// Recognizes a log by its content (a folder by its metadata.yaml) and reads it once.
@@ -212,7 +205,6 @@ Log open_log(
 /// Returns whether a file or a folder is a log, by its content. A file that cannot be read is none.
 bool is_log(const std::string& path);
 
-/// Names the log that stands for standard input.
 inline constexpr const char* kStandardInput = "-";
 
 /// Opens a rawlog that is still being written, and reads it, in a process of its own, as it comes. The survey knows
@@ -231,24 +223,24 @@ Log open_live_log(
 /// Returns the formats that this library was built to read, for people.
 std::string known_formats();
 
-/// Holds the poses of a topic and the frame that they are in, by its first message.
-struct PosesOfTopic
+/// Holds poses with their times [s] since the epoch.
+struct PosesInFrame
 {
-	std::vector<StampedPose> poses;
-	std::string frame;
+	std::vector<TimedPose> poses;
+	std::string frame;  //!< that they are in; of a topic: by its first message
 };
 
 /// Returns the poses of a topic of a recording of ROS: nav_msgs/Odometry, geometry_msgs/PoseStamped or
 /// PoseWithCovarianceStamped.
 /// \param known_damage LogSurvey::damage of the recording: if it has any, the poses before it are returned
 /// \throws LogError if the recording cannot be read or lacks the topic, or if a message of the topic is damaged
-PosesOfTopic read_poses_of_topic(const std::string& path, const std::string& topic, const std::string& known_damage);
+PosesInFrame read_poses_of_topic(const std::string& path, const std::string& topic, const std::string& known_damage);
 
 /// Returns the poses of the robot in a frame of a recording of ROS, such as map, as its transforms tell them.
 /// \param label of the laser whose robot it is
 /// \param known_damage as above
 /// \throws LogError if the recording cannot be read, or its transforms do not connect the two
-std::vector<StampedPose> read_poses_of_frame(
+PosesInFrame read_poses_of_frame(
     const std::string& path, const std::string& frame, const std::string& label, const std::string& known_damage);
 
 /// Says what is known better about the lasers of a robot than the log tells it.
@@ -257,7 +249,6 @@ struct Overrides : ros::Overrides
 	std::map<std::string, SweepTime> sweeps_of_others{};  //!< of all scans of other lasers, by their labels
 };
 
-/// Returns whether the overrides give what a doubt asks for.
 bool is_answered(const ScanDoubt& doubt, const Overrides& overrides);
 
 /// Reads a log from its start, for the robot that carries the laser `label`; the scans of that laser are as `overrides`

@@ -163,7 +163,6 @@ class Bag1Source : public PieceSource
 		}
 	}
 
-	/// For a chunk without an index.
 	std::int64_t first_time_of(const Piece& piece)
 	{
 		ask_to_stop();

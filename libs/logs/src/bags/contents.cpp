@@ -9,7 +9,6 @@ namespace d2s1r::logs
 {
 namespace
 {
-/// Returns what `decode` makes of the message.
 template <typename Decode>
 auto decoded(const Message& message, const Decode& decode)
 {
@@ -21,7 +20,6 @@ void set_time_if_none(ros::Header& header, const Message& message)
 	if (header.time == 0) header.time = message.time;
 }
 
-/// Collects what the messages tell, one after the other.
 class ContentsReader
 {
    public:

@@ -18,14 +18,12 @@
 
 namespace d2s1r::logs
 {
-/// What is wrong with a field in some messages.
 struct CountedDoubt
 {
 	ScanDoubt first;           //!< what the first of them says
 	std::size_t messages = 0;  //!< [-] that say the like
 };
 
-/// What else is known of a laser of a recording.
 struct LaserOfLog
 {
 	MessageKind kind = MessageKind::kLaserScan;

@@ -18,7 +18,6 @@ enum class McapOpcode : std::uint8_t
 	kDataEnd = 0x0f
 };
 
-/// Where a record stands in a file.
 struct McapPlace
 {
 	McapOpcode opcode{};
@@ -28,7 +27,6 @@ struct McapPlace
 	std::uint64_t end() const { return content + size; }
 };
 
-/// A record of an unpacked chunk.
 struct McapRecord
 {
 	McapOpcode opcode{};
@@ -43,7 +41,6 @@ McapPlace find_mcap_record(ByteFile& file, std::uint64_t offset);
 /// Takes the next record of an unpacked chunk. \throws std::runtime_error if it reaches beyond the end
 McapRecord take_mcap_record(ByteCursor& cursor);
 
-/// A chunk with its records unpacked.
 struct McapChunk
 {
 	std::uint64_t first_time = 0;  //!< [ns] as it says itself

@@ -143,7 +143,6 @@ bool comes_before(const std::string& a, const std::string& b)
 	return a.size() - i < b.size() - j;
 }
 
-/// Sends the names that metadata list, or what is wrong with them.
 void tell_names(const std::string& text, const Send& send)
 {
 	try
@@ -186,7 +185,6 @@ std::vector<std::string> names_in_metadata(const std::string& metadata, const St
 	return names;
 }
 
-/// \throws LogError, Interrupted
 std::vector<std::string> files_of_metadata(const fs::path& folder, const Stop& stop)
 {
 	const std::string metadata = (folder / "metadata.yaml").string();
@@ -277,8 +275,8 @@ std::shared_ptr<const Topic> MessageSource::keep(Topic topic)
 void MessageSource::unpack_message(Message& message, std::uint64_t file_size)
 {
 	constexpr std::uint64_t kOfAnyFile = 2 * kMostBytesAtOnce, kTimesTheFile = 1000;  // far more than scans pack to
-	if (message.topic->encoding != Encoding::kCdr || !is_zstd_frame(message.data)) return;
-	const auto unpacked = std::make_shared<const std::vector<std::uint8_t>>(unpack_zstd_frame(message.data));
+	if (message.topic->encoding != Encoding::kCdr || method_of(message.data) != "zstd") return;
+	const auto unpacked = std::make_shared<const std::vector<std::uint8_t>>(unpack("zstd", message.data, {}));
 	unpacked_bytes_ += unpacked->size();
 	if (unpacked_bytes_ > kOfAnyFile + kTimesTheFile * file_size)
 		throw Unreadable(
@@ -377,7 +375,7 @@ std::string describe_packed(const std::string& start, const std::string& unpacke
 	const auto bytes = [](const std::string& text) {
 		return Bytes{reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 	};
-	if (is_zstd_frame(bytes(start)))
+	if (method_of(bytes(start)) == "zstd")
 		return "is packed as a whole by zstd, but is read in any order; unpack it by 'zstd -d' and run again";
 	const char* const tool = start.rfind("BZh", 0) == 0 ? "bunzip2" : "gunzip";
 	if (recognize_ros(bytes(start)) || !recognize_ros(bytes(unpacked_start))) return "";

@@ -99,7 +99,6 @@ inline constexpr std::size_t kMostBytesOfTopics = 16'000'000;
 /// \throws Interrupted or std::bad_alloc if the error is that, which is no damage
 std::string describe_damage(const std::exception& error);
 
-/// A part of a file that is read at once.
 struct Piece
 {
 	std::uint64_t offset = 0;     //!< [byte]
@@ -123,7 +122,6 @@ class PieceSource : public MessageSource
    protected:
 	using Add = std::function<void(const std::shared_ptr<const Topic>& topic, std::int64_t time, Bytes data)>;
 
-	/// \throws Interrupted if the caller asked to stop
 	void ask_to_stop() const;
 
 	/// Call once, before next(). \param damage what is said when the pieces are through

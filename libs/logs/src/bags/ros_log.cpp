@@ -1,6 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "bags/ros_log.h"
-
 #include <mrpt/core/format.h>
 #include <mrpt/poses/CPose2D.h>
 
@@ -10,6 +8,7 @@
 #include <map>
 
 #include "bags/ros_reader.h"
+#include "formats.h"
 #include "logs/errors.h"
 
 namespace d2s1r::logs
@@ -24,7 +23,6 @@ std::string describe(const mrpt::poses::CPose3D& pose)
 	    degrees(pose.yaw()), degrees(pose.pitch()), degrees(pose.roll()));
 }
 
-/// Describes where a laser is on its robot.
 void describe_mounting(const RobotOfLog& of_log, Sensor& sensor)
 {
 	const ros::Robot& robot = of_log.robot;
@@ -138,7 +136,7 @@ ros::StampedPose pose_of(const Message& message)
 }
 
 /// Adds the poses of a topic. Returns what stopped the reading.
-std::string read_poses(MessageSource& source, const std::string& topic, PosesOfTopic& found)
+std::string read_poses(MessageSource& source, const std::string& topic, PosesInFrame& found)
 try
 {
 	while (const auto message = source.next())
@@ -147,8 +145,7 @@ try
 		const ros::StampedPose pose = pose_of(*message);
 		if (!pose.pose) continue;
 		if (found.poses.empty()) found.frame = pose.header.frame;
-		const double time = static_cast<double>(pose.header.time) * 1e-9;
-		found.poses.emplace_back(time, mrpt::poses::CPose2D(*pose.pose).asTPose());
+		found.poses.push_back({ros::seconds(pose.header.time), mrpt::poses::CPose2D(*pose.pose).asTPose()});
 	}
 	return source.damage();
 }
@@ -160,19 +157,64 @@ catch (const std::exception& e)
 {
 	return describe_damage(e);
 }
+
+RosFormat format_of(const std::string& path, const std::string& what)
+{
+	if (const auto format = recognize_ros(path)) return *format;
+	throw LogError(path, "is no recording of ROS and has no " + what + "; name a file");
+}
+
+/// \param damage that stopped the reading \param known_damage of an earlier reading
+void check_poses(
+    const std::string& path, const PosesInFrame& found, const std::string& damage, const std::string& known_damage,
+    const std::string& what)
+{
+	if (!damage.empty() && (known_damage.empty() || found.poses.empty())) throw LogError(path, damage);
+	if (found.poses.empty()) throw LogError(path, what);
+}
 }  // namespace
 
-PosesOfTopic read_poses_of_topic(const std::string& path, const std::string& topic, const std::string& known_damage)
+PosesInFrame read_poses_of_topic(const std::string& path, const std::string& topic, const std::string& known_damage)
 {
-	const auto format = recognize_ros(path);
-	if (!format) throw LogError(path, "is not a recording of ROS and has no topic '" + topic + "'; name a file");
-	PosesOfTopic found;
-	const std::string damage = read_poses(*open_messages(path, *format), topic, found);
-	if (!damage.empty() && (known_damage.empty() || found.poses.empty())) throw LogError(path, damage);
-	if (found.poses.empty())
-		throw LogError(
-		    path, "has no nav_msgs/Odometry, PoseStamped or PoseWithCovarianceStamped on the topic '" + topic +
-		              "'; name another topic");
+	PosesInFrame found;
+	const std::string damage = read_poses(*open_messages(path, format_of(path, "topic '" + topic + "'")), topic, found);
+	check_poses(
+	    path, found, damage, known_damage,
+	    "has no nav_msgs/Odometry, PoseStamped or PoseWithCovarianceStamped on the topic '" + topic +
+	        "'; name another topic");
+	return found;
+}
+
+PosesInFrame read_poses_of_frame(
+    const std::string& path, const std::string& frame, const std::string& label, const std::string& known_damage)
+{
+	const RosFormat format = format_of(path, "frame '" + frame + "'");
+	const auto contents = std::make_shared<const Contents>(read_contents(*open_messages(path, format)));
+	const auto& lasers = contents->topics.lasers;
+	const auto laser =
+	    std::find_if(lasers.begin(), lasers.end(), [&](const ros::LaserTopic& known) { return known.topic == label; });
+	RobotOfLog robot(
+	    contents, std::make_shared<ros::AllLinks>(contents->topics),
+	    laser == lasers.end() ? ros::LaserTopic() : *laser);
+	const std::string from = "from the robot's frame '" + robot.robot.frame + "'", to = " to the frame '" + frame + "'";
+	const std::set<std::string> links = robot.links->links_up(robot.robot.frame, frame);
+	if (links.empty()) throw LogError(path, "has no transforms " + from + " up" + to + "; name another frame");
+	// Where the robot is in the frame is what the transforms would tell of its odometry, if that were in this frame.
+	robot.robot.odometry_topic.clear();
+	robot.robot.odometry_frame = frame;
+	robot.odometry_links.clear();
+	for (const std::string& child : links)
+		if (const ros::Link* const link = robot.links->find(child); link && link->moves)
+			robot.odometry_links.insert(child);
+	const auto reader = read_robot([=] { return open_messages(path, format); }, robot, {});
+	PosesInFrame found{{}, frame};
+	std::set<ros::Time> times;
+	while (const auto object = reader->next())
+		if (object->odometry && times.insert(object->odometry_time).second)
+			found.poses.push_back({ros::seconds(object->odometry_time), object->odometry->asTPose()});
+	check_poses(
+	    path, found, reader->damage(), known_damage,
+	    "never tells at one time all transforms " + from + to + "; name another frame");
 	return found;
 }
 

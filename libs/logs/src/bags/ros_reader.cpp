@@ -21,7 +21,6 @@ using Pose = mrpt::poses::CPose3D;
 
 constexpr std::size_t kMostPaths = 10'000;  // [-] whose poses are kept
 
-/// The frames of a robot while its recording is read.
 class MovingFrames
 {
    public:
@@ -41,7 +40,6 @@ class MovingFrames
 		}
 	}
 
-	/// Takes what moves of the transforms of a message.
 	void add(const Message& message, const std::vector<ros::Transform>& transforms)
 	{
 		const std::string name = ros::namespace_of(message.topic->name);
@@ -82,10 +80,7 @@ class RosReader : public LogReader
 	    : open_(std::move(open)),
 	      cloud_height_(cloud_height),
 	      robot_(robot),
-	      frames_(robot_.contents->topics, robot_.robot.name_space, *robot_.links),
-	      odometry_links_(
-	          robot.robot.odometry_frame.empty() ? std::set<std::string>()
-	                                             : robot.links->links_up(robot.robot.frame, robot.robot.odometry_frame))
+	      frames_(robot_.contents->topics, robot_.robot.name_space, *robot_.links)
 	{
 	}
 
@@ -133,7 +128,7 @@ class RosReader : public LogReader
 		std::int64_t time = 0;
 		if (is_static(message)) return;
 		for (const ros::Transform& transform : transforms)
-			if (odometry_links_.count(transform.child) > 0) time = std::max(time, transform.header.time);
+			if (robot_.odometry_links.count(transform.child) > 0) time = std::max(time, transform.header.time);
 		if (time != 0) hold({message, robot_.robot.frame, robot_.robot.odometry_frame, time});
 	}
 
@@ -303,7 +298,6 @@ class RosReader : public LogReader
 	ros::HeightBand cloud_height_;
 	RobotOfLog robot_;
 	MovingFrames frames_;
-	std::set<std::string> odometry_links_;
 	std::map<std::pair<std::string, std::string>, std::optional<ros::Path>> paths_;
 	std::unique_ptr<MessageSource> source_;
 	std::deque<Pending> pending_;
@@ -322,6 +316,7 @@ RobotOfLog::RobotOfLog(
 {
 	robot = ros::find_robot(laser, contents->topics, *all_links);
 	links = &all_links->of(robot.name_space);
+	if (!robot.odometry_frame.empty()) odometry_links = links->links_up(robot.frame, robot.odometry_frame);
 }
 
 std::unique_ptr<LogReader> read_robot(

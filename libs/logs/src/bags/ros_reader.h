@@ -5,6 +5,8 @@
 
 #include <functional>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "bags/contents.h"
 #include "logs/log.h"
@@ -25,6 +27,7 @@ struct RobotOfLog
 	std::shared_ptr<ros::AllLinks> all_links;  //!< that refer to the contents
 	const ros::LinksOfRobot* links = nullptr;  //!< of these
 	ros::Robot robot;
+	std::set<std::string> odometry_links;  //!< frames whose transforms tell of the odometry
 };
 
 /// Reads a recording a second time: its messages become observations of one robot. A laser whose pose moves is read at

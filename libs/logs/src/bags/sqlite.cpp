@@ -276,7 +276,6 @@ class SqliteSource : public MessageSource
 		}
 	}
 
-	/// Numbers of the topics that are read, separated by commas.
 	std::string chosen_topics() const
 	{
 		std::string numbers;

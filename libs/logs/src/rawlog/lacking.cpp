@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The library without rawlogs.
+#include "formats.h"
 #include "logs/errors.h"
-#include "rawlog/open_rawlog.h"
 
 namespace d2s1r::logs
 {

@@ -62,7 +62,6 @@ class LiveStream : public InputStream
 		return is_told ? damage_ : damage_that_ended(end, objects);
 	}
 
-	/// Returns LogReader::missing_class().
 	const std::string& missing_class() const { return missing_class_; }
 
    private:
@@ -144,7 +143,6 @@ class LiveReader : public LogReader
 	std::size_t returned_ = 0;                        //!< [-] of these
 };
 
-/// Returns the descriptor to read from.
 int open_input(const std::string& file)
 {
 	if (file == kStandardInput)

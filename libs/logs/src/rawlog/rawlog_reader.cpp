@@ -2,7 +2,6 @@
 #include "rawlog/rawlog_reader.h"
 
 #include <base/own_process.h>
-#include <fcntl.h>
 #include <mrpt/io/CStream.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
@@ -127,7 +126,6 @@ bool is_left_out(const mrpt::serialization::CSerializable& object, const Labels&
 	return (pose && left_out.count(pose->sensorLabel) > 0) || (odometry && left_out.count(odometry->sensorLabel) > 0);
 }
 
-/// Takes what localization needs from an object of a rawlog of either kind.
 void read_contents(
     const mrpt::serialization::CSerializable::Ptr& object, std::optional<std::string>& odometer, const Labels& left_out,
     RawlogObject& into)
@@ -256,13 +254,6 @@ ProcessLimits limits_of_survey(const std::string& file)
 	std::error_code error;
 	const std::uintmax_t size = std::filesystem::file_size(file, error);
 	return {kMemory, kSeconds + (error ? 0 : static_cast<unsigned>(size / kPerSecond))};
-}
-
-std::unique_ptr<InputStream> open_packed(const std::string& file)
-{
-	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-	if (descriptor < 0) throw cannot_open(file);
-	return unpack(descriptor, false);
 }
 
 /// Passes on the objects that were surveyed, and ends before one whose bytes are no longer the same.
@@ -401,7 +392,7 @@ std::string RawlogReader::unreadable(const std::exception& error)
 
 Log open_rawlog(const std::string& file, const Stop& stop, const Labels& left_out)
 {
-	RawlogReader reader(open_packed(file), left_out);
+	RawlogReader reader(open_unpacked(file), left_out);
 	Log log;
 	log.survey.format = "MRPT rawlog";
 	log.survey.kind_of_scan = "CObservation2DRangeScan";
@@ -414,7 +405,8 @@ Log open_rawlog(const std::string& file, const Stop& stop, const Labels& left_ou
 	if (end == ProcessEnd::kOutOfMemory && available_memory() < limits.memory) throw std::bad_alloc();
 	if (end != ProcessEnd::kDone) log.survey.damage = damage_that_ended(end, objects->size());
 	log.read_for = [file, objects, left_out](const std::string&) {
-		return std::make_unique<SurveyedReader>(std::make_unique<SurveyedStream>(open_packed(file), objects), left_out);
+		return std::make_unique<SurveyedReader>(
+		    std::make_unique<SurveyedStream>(open_unpacked(file), objects), left_out);
 	};
 	return log;
 }

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "formats.h"
 #include "logs/log.h"
-#include "rawlog/open_rawlog.h"
 #include "unpacking_stream.h"
 
 namespace d2s1r::logs

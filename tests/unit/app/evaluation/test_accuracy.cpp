@@ -51,7 +51,7 @@ TEST(Accuracy, ALineCountsForTheNearestFrameWithinAMillisecond)
 	EXPECT_EQ(matches[0].frame, &frames[1]);
 	EXPECT_EQ(matches[1].frame, &frames[0]);
 	EXPECT_EQ(matches[2].frame, &frames[2]);
-	EXPECT_EQ(matches[2].truth.timestamp, 11.0009);
+	EXPECT_EQ(matches[2].truth.time, 11.0009);
 }
 
 TEST(Accuracy, YawErrorsGoTheShorterWayRound)

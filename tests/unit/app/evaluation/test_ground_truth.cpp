@@ -35,26 +35,26 @@ TEST_F(GroundTruthFile, HoldsPosesOfThreeOrSixNumbers)
 {
 	const auto plane = load("% time x y phi\n1.5 2 3 0.5\r\n\n");
 	ASSERT_EQ(plane.size(), 1U);
-	EXPECT_EQ(plane[0].timestamp, 1.5);
-	EXPECT_EQ(plane[0].pose, mrpt::math::TPose2D(2, 3, 0.5));
+	EXPECT_EQ(plane[0].time, 1.5);
+	EXPECT_EQ(plane[0].robot, mrpt::math::TPose2D(2, 3, 0.5));
 	const auto space = load("# and with z\n 2.5 4 5 9 -0.5 8 7\n");
 	ASSERT_EQ(space.size(), 1U);
-	EXPECT_EQ(space[0].timestamp, 2.5);
-	EXPECT_EQ(space[0].pose, mrpt::math::TPose2D(4, 5, -0.5));
+	EXPECT_EQ(space[0].time, 2.5);
+	EXPECT_EQ(space[0].robot, mrpt::math::TPose2D(4, 5, -0.5));
 }
 
 TEST_F(GroundTruthFile, ACommentWithCommasIsNoTable)
 {
 	const auto truth = load("% time x y phi  (sensor pose in the map frame, s, m, rad)\n1.5 2 3 0.5\n");
 	ASSERT_EQ(truth.size(), 1U);
-	EXPECT_EQ(truth[0].pose, mrpt::math::TPose2D(2, 3, 0.5));
+	EXPECT_EQ(truth[0].robot, mrpt::math::TPose2D(2, 3, 0.5));
 }
 
 TEST_F(GroundTruthFile, HoldsPosesOfTum)
 {
 	const auto truth = load("1.5 2 3 0 0 0 0.479425538604203 0.877582561890373\n");
 	ASSERT_EQ(truth.size(), 1U);
-	EXPECT_NEAR(truth[0].pose.phi, 1.0, 1e-9);
+	EXPECT_NEAR(truth[0].robot.phi, 1.0, 1e-9);
 }
 
 TEST_F(GroundTruthFile, HoldsATableWhoseColumnsHaveNames)
@@ -63,10 +63,10 @@ TEST_F(GroundTruthFile, HoldsATableWhoseColumnsHaveNames)
 	{
 		const auto truth = load(names + "\n" + row + "\n");
 		ASSERT_EQ(truth.size(), 1U) << names;
-		EXPECT_NEAR(truth[0].timestamp, 1.5e9, 1e-6) << names;
-		EXPECT_NEAR(truth[0].pose.x, 2, 1e-9) << names;
-		EXPECT_NEAR(truth[0].pose.y, 3, 1e-9) << names;
-		EXPECT_NEAR(truth[0].pose.phi, phi, 1e-9) << names;
+		EXPECT_NEAR(truth[0].time, 1.5e9, 1e-6) << names;
+		EXPECT_NEAR(truth[0].robot.x, 2, 1e-9) << names;
+		EXPECT_NEAR(truth[0].robot.y, 3, 1e-9) << names;
+		EXPECT_NEAR(truth[0].robot.phi, phi, 1e-9) << names;
 	};
 	expect("time,x,y,yaw", "1.5e9, 2, 3, 0.5", 0.5);
 	expect("frame,timestamp,status,x,y,phi,std_x", "7,1500000000,localized,2,3,0.25,0.1", 0.25);
@@ -93,10 +93,10 @@ TEST_F(GroundTruthFile, UnitsInTheNamesOfColumnsCount)
 	{
 		const auto truth = load(text);
 		ASSERT_EQ(truth.size(), 1U) << text;
-		EXPECT_NEAR(truth[0].timestamp, 1700000000.5, 1e-5) << text;
-		EXPECT_NEAR(truth[0].pose.x, 2, 1e-9) << text;
-		EXPECT_NEAR(truth[0].pose.y, -3, 1e-9) << text;
-		EXPECT_NEAR(truth[0].pose.phi, M_PI / 2, 1e-9) << text;
+		EXPECT_NEAR(truth[0].time, 1700000000.5, 1e-5) << text;
+		EXPECT_NEAR(truth[0].robot.x, 2, 1e-9) << text;
+		EXPECT_NEAR(truth[0].robot.y, -3, 1e-9) << text;
+		EXPECT_NEAR(truth[0].robot.phi, M_PI / 2, 1e-9) << text;
 	};
 	expect_pose("time [s],x [m],y [m],yaw [deg]\n1700000000.5,2,-3,90\n");
 	expect_pose("Time (s), X (mm), Y (cm), Heading (\xC2\xB0)\n1700000000.5,2000,-300,90\n");
@@ -113,8 +113,8 @@ TEST_F(GroundTruthFile, TimesOfRosAndPlotJuggler)
 	{
 		const auto truth = load(text);
 		ASSERT_EQ(truth.size(), 1U) << text;
-		EXPECT_NEAR(truth[0].timestamp, 1700000000.5, 1e-5) << text;
-		EXPECT_NEAR(truth[0].pose.x, 2, 1e-9) << text;
+		EXPECT_NEAR(truth[0].time, 1700000000.5, 1e-5) << text;
+		EXPECT_NEAR(truth[0].robot.x, 2, 1e-9) << text;
 	};
 	expect_time("__time,/gt/pose/position/x,/gt/pose/position/y,/gt/pose/orientation/yaw\n1700000000.5,2,3,0.2\n");
 	expect_time(
@@ -151,15 +151,20 @@ TEST_F(GroundTruthFile, LinesWithoutNumbersHaveNoPose)
 	EXPECT_EQ(load("1 nan nan nan\n2 2 3 0.5\n").size(), 1U);
 	EXPECT_EQ(load("1 2 3 0 0 0 0 1\n2 NaN NaN NaN NaN NaN NaN NaN\n3 2 3 0 0 0 0 1\n").size(), 2U);
 	EXPECT_EQ(load("time,x,y,yaw\n1,nan,nan,nan\n2,2,3,NaN\n3,2,3,None\n4,2,3,0\n").size(), 1U);
-	EXPECT_NE(refusal("nan 2 3 0.5\n").find("line 1 is neither"), std::string::npos);
+	EXPECT_NE(refusal("nan 2 3 0.5\n").find("line 1 has 'nan' as time"), std::string::npos);
 }
 
 TEST_F(GroundTruthFile, WrongLinesAreNamed)
 {
 	for (const char* line :
-	     {"1 2 3", "1 2 3 4 5", "1 2 three 4", "1 2 3 4 5 6 7 8 9", "1,2,3,4", "1 2 3 0 0 0 0 0",
-	      "1 2 3 0 1e200 1e200 1e200 -1e200", "1 2 3 4 -", "1 2 3 4 1e999", "1 2 3 4 5e+", "1 2 3 4e+"})
-		EXPECT_NE(refusal("1 2 3 4\n" + std::string(line) + "\n").find("line 2 is neither"), std::string::npos) << line;
+	     {"1 2 3", "1 2 3 4 5", "1 2 3 4 5 6 7 8 9", "1,2,3,4", "1 2 3 0 0 0 0 0", "1 2 3 4 -", "1 2 3 4 1e999"})
+		EXPECT_NE(refusal("1 2 3 4\n" + std::string(line) + "\n").find("line 2 has "), std::string::npos) << line;
+	for (const char* line : {"1 2", "1 2 3 4 5", "1,2,3,4"})
+		EXPECT_NE(refusal(line).find("line 1 is neither"), std::string::npos) << line;
+	for (const char* line : {"1 2 three 4", "1 2 3 4e+", "1 2 1e999 4"})
+		EXPECT_NE(refusal(line).find(", which is no number"), std::string::npos) << line;
+	for (const char* line : {"1 2 3 0 0 0 0 0", "1 2 3 0 1e200 1e200 1e200 -1e200"})
+		EXPECT_NE(refusal(line).find("is no rotation"), std::string::npos) << line;
 	EXPECT_NE(
 	    refusal("1 2 3 0 0 0 0 1\n2 2 3 0 0 0 1\n").find("line 2 has 7 numbers, and the lines above have 8"),
 	    std::string::npos)
@@ -181,10 +186,10 @@ TEST_F(GroundTruthFile, ACommentMayNameItsColumns)
 	{
 		const auto truth = load(text);
 		ASSERT_EQ(truth.size(), 1U) << text;
-		EXPECT_NEAR(truth[0].pose.x, 2, 1e-12) << text;
-		EXPECT_NEAR(truth[0].pose.phi, M_PI / 2, 1e-6) << text;
+		EXPECT_NEAR(truth[0].robot.x, 2, 1e-12) << text;
+		EXPECT_NEAR(truth[0].robot.phi, M_PI / 2, 1e-6) << text;
 	}
-	EXPECT_EQ(load("# time x y phi of the robot\n1.5 2 3 0.5\n")[0].pose.phi, 0.5) << "seven words, four numbers";
+	EXPECT_EQ(load("# time x y phi of the robot\n1.5 2 3 0.5\n")[0].robot.phi, 0.5) << "seven words, four numbers";
 	EXPECT_NE(refusal("# time x y yaw[grad]\n1 2 3 4\n").find("unit 'grad'"), std::string::npos);
 	EXPECT_NE(refusal("# time x y phi\n1 2 3 4\n1 2 3\n").find("line 3 has 3 numbers"), std::string::npos);
 }
@@ -195,7 +200,7 @@ TEST_F(GroundTruthFile, TablesMayHaveSemicolonsOrTabs)
 	{
 		const auto truth = load(text);
 		ASSERT_EQ(truth.size(), 1U) << text;
-		EXPECT_NEAR(truth[0].pose.phi, M_PI / 2, 1e-12) << text;
+		EXPECT_NEAR(truth[0].robot.phi, M_PI / 2, 1e-12) << text;
 	}
 	EXPECT_NE(refusal("time;x;y;yaw\n1,5;2,1;3;0\n").find("'1,5' as time"), std::string::npos) << "decimal commas";
 }
@@ -204,13 +209,13 @@ TEST_F(GroundTruthFile, ATimeTellsItsUnit)
 {
 	for (const char* text :
 	     {"1700000000.5 1 2 3\n", "1700000000500 1 2 3\n", "1700000000500000 1 2 3\n", "1700000000500000000 1 2 3\n"})
-		EXPECT_NEAR(load(text)[0].timestamp, 1700000000.5, 1e-3) << text;
+		EXPECT_NEAR(load(text)[0].time, 1700000000.5, 1e-3) << text;
 }
 
 TEST_F(GroundTruthFile, TheStampGoesBeforeTheTimeOfRecording)
 {
-	EXPECT_EQ(load("%time,field.header.stamp,x,y,phi\n7.5,3.25,1,2,0\n")[0].timestamp, 3.25);
-	EXPECT_EQ(load("__time,stamp.sec,stamp.nanosec,x,y,phi\n7.5,3,250000000,1,2,0\n")[0].timestamp, 3.25);
+	EXPECT_EQ(load("%time,field.header.stamp,x,y,phi\n7.5,3.25,1,2,0\n")[0].time, 3.25);
+	EXPECT_EQ(load("__time,stamp.sec,stamp.nanosec,x,y,phi\n7.5,3,250000000,1,2,0\n")[0].time, 3.25);
 	EXPECT_NE(
 	    refusal("time,x,y,phi\n2023-11-14T22:13:20Z,1,2,0\n").find("'2023-11-14T22:13:20Z' as time"),
 	    std::string::npos);

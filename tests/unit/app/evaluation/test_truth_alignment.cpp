@@ -44,8 +44,8 @@ double greatest_error(const GroundTruth& lines)
 	double greatest = 0;
 	for (const auto& line : lines)
 	{
-		const auto pose = pose_at(line.timestamp);
-		greatest = std::max(greatest, std::hypot(pose.x - line.pose.x, pose.y - line.pose.y));
+		const auto pose = pose_at(line.time);
+		greatest = std::max(greatest, std::hypot(pose.x - line.robot.x, pose.y - line.robot.y));
 	}
 	return greatest;
 }
@@ -75,7 +75,7 @@ TEST(TruthAlignment, InterpolationGoesTheShorterWayRound)
 	const auto frames = frames_from(100.1, 1);
 	const AlignedTruth aligned = align_truth({{100, {0, 0, 3.1}}, {100.2, {0, 0, -3.1}}}, frames);
 	ASSERT_EQ(aligned.lines.size(), 1U);
-	EXPECT_NEAR(std::abs(aligned.lines[0].pose.phi), M_PI, 1e-6);
+	EXPECT_NEAR(std::abs(aligned.lines[0].robot.phi), M_PI, 1e-6);
 }
 
 TEST(TruthAlignment, LinesTooFarApartAreNotJoined)
@@ -101,7 +101,7 @@ TEST(TruthAlignment, ARobotThatStandsShowsNoOffset)
 	auto frames = frames_from(100, 40);
 	auto truth = truth_every(0.1, 99, 106, 0.04);
 	for (auto& frame : frames) frame.pose = {1, 2, 0.5};
-	for (auto& line : truth) line.pose = {1.01, 2.02, 0.49};
+	for (auto& line : truth) line.robot = {1.01, 2.02, 0.49};
 	EXPECT_EQ(align_truth(truth, frames).offset, 0);
 }
 
@@ -109,10 +109,10 @@ TEST(TruthAlignment, HeadingsInDegreesAreTold)
 {
 	const auto frames = frames_from(100, 60);
 	GroundTruth truth = truth_every(0.1, 100, 106);
-	EXPECT_FALSE(are_headings_degrees(truth, frames));
-	for (auto& line : truth) line.pose.phi *= 180 / M_PI;
-	EXPECT_TRUE(are_headings_degrees(truth, frames));
+	EXPECT_FALSE(align_truth(truth, frames).is_in_degrees);
+	for (auto& line : truth) line.robot.phi *= 180 / M_PI;
+	EXPECT_TRUE(align_truth(truth, frames).is_in_degrees);
 	GroundTruth unwrapped = truth_every(0.1, 100, 106);
-	for (auto& line : unwrapped) line.pose.phi += 20 * M_PI;
-	EXPECT_FALSE(are_headings_degrees(unwrapped, frames)) << "ten turns further";
+	for (auto& line : unwrapped) line.robot.phi += 20 * M_PI;
+	EXPECT_FALSE(align_truth(unwrapped, frames).is_in_degrees) << "ten turns further";
 }
