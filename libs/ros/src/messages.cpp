@@ -13,56 +13,20 @@ namespace d2s1r::ros
 {
 namespace
 {
-/// Fields as ROS 1 writes them.
-class Ros1Fields
+/// Fields as ROS 1 writes them, without gaps, or as ROS 2 does: plain CDR of version 1 or 2 (OMG
+/// DDS-XTypes 1.3, 7.4.3), whose numbers stand at multiples of their size, in version 2 of 4 bytes at most. Own code,
+/// since Debian's Fast CDR 1.0 reads version 1 only.
+class Fields
 {
    public:
-	static constexpr bool kHasSequenceNumber = true;
-	using Seconds = std::uint32_t;
-
-	explicit Ros1Fields(Bytes data) : cursor_(data) {}
-
-	template <typename Number>
-	Number number()
+	explicit Fields(const EncodedMessage& message)
+	    : cursor_(message.data), is_of_ros1_(message.encoding == Encoding::kRos1)
 	{
-		return cursor_.number<Number>();
-	}
-	std::string text() { return cursor_.text(); }
-	Bytes take(std::size_t size) { return cursor_.take(size); }
-	std::size_t left() const { return cursor_.left(); }
-
-	void copy_to(std::vector<float>& numbers)
-	{
-		const std::size_t size = numbers.size() * sizeof(float);
-		if (size > 0) std::memcpy(numbers.data(), cursor_.take(size).data, size);
-	}
-
-   private:
-	ByteCursor cursor_;
-};
-
-/// Fields as ROS 2 writes them: plain CDR of version 1 or 2 (OMG DDS-XTypes 1.3, 7.4.3), whose numbers stand at
-/// multiples of their size, in version 2 of 4 bytes at most. Own code, since Debian's Fast CDR 1.0 reads version 1
-/// only.
-class CdrFields
-{
-   public:
-	static constexpr bool kHasSequenceNumber = false;
-	using Seconds = std::int32_t;
-
-	explicit CdrFields(Bytes data) : cursor_(data)
-	{
-		const Bytes head = cursor_.take(kHeadSize);
-		const unsigned encoding = head.data[0] * 256U + head.data[1];
-		const bool is_first = encoding <= 1, is_second = encoding == 6 || encoding == 7;
-		if (!is_first && !is_second)
-			throw Unreadable(
-			    "holds messages in encoding " + std::to_string(encoding) +
-			    " of DDS, but only plain CDR is read (0, 1, 6, 7), which ROS 2 writes; record the log by ROS 2");
-		swaps_ = encoding % 2 == 0;  // big-endian
-		if (is_second) most_alignment_ = 4;
+		if (!is_of_ros1_) read_encapsulation();
 		size_ = cursor_.left();
 	}
+
+	bool are_of_ros1() const { return is_of_ros1_; }
 
 	template <typename Number>
 	Number number()
@@ -73,11 +37,11 @@ class CdrFields
 		return value;
 	}
 
-	/// A text after its length, which counts the zero behind it.
+	/// A text after its length, which counts the zero behind it in CDR.
 	std::string text()
 	{
 		const Bytes bytes = cursor_.take(number<std::uint32_t>());
-		return {reinterpret_cast<const char*>(bytes.data), bytes.size - (bytes.size > 0 ? 1 : 0)};
+		return {reinterpret_cast<const char*>(bytes.data), bytes.size - (!is_of_ros1_ && bytes.size > 0 ? 1 : 0)};
 	}
 
 	Bytes take(std::size_t size) { return cursor_.take(size); }
@@ -93,7 +57,19 @@ class CdrFields
 	}
 
    private:
-	static constexpr std::size_t kHeadSize = 4;  //!< [byte] of the encapsulation
+	void read_encapsulation()
+	{
+		constexpr std::size_t kHeadSize = 4;  // [byte]
+		const Bytes head = cursor_.take(kHeadSize);
+		const unsigned encoding = head.data[0] * 256U + head.data[1];
+		const bool is_first = encoding <= 1, is_second = encoding == 6 || encoding == 7;
+		if (!is_first && !is_second)
+			throw Unreadable(
+			    "holds messages in encoding " + std::to_string(encoding) +
+			    " of DDS, but only plain CDR is read (0, 1, 6, 7), which ROS 2 writes; record the log by ROS 2");
+		swaps_ = encoding % 2 == 0;  // big-endian
+		most_alignment_ = is_second ? 4 : 8;
+	}
 
 	void align(std::size_t size)
 	{
@@ -110,8 +86,9 @@ class CdrFields
 	}
 
 	ByteCursor cursor_;
+	bool is_of_ros1_;
 	std::size_t size_ = 0;            //!< [byte] of the fields
-	std::size_t most_alignment_ = 8;  //!< [byte]
+	std::size_t most_alignment_ = 1;  //!< [byte]
 	bool swaps_ = false;
 };
 
@@ -121,16 +98,14 @@ std::string without_slash(const std::string& frame)
 }
 
 /// A count of elements that each take `least_size` bytes or more.
-template <typename Fields>
 std::uint32_t count_of(Fields& fields, std::size_t least_size)
 {
-	const auto count = fields.template number<std::uint32_t>();
+	const auto count = fields.number<std::uint32_t>();
 	if (count > fields.left() / least_size) throw std::runtime_error("a message is shorter than it says");
 	return count;
 }
 
 /// The name of a frame. \throws std::runtime_error if it is far longer than names are
-template <typename Fields>
 std::string read_frame(Fields& fields)
 {
 	constexpr std::size_t kLongestName = 1000;  // [byte]
@@ -140,74 +115,45 @@ std::string read_frame(Fields& fields)
 }
 
 /// A time [ns]; 0 if it is before the epoch, which only ROS 2 can write.
-template <typename Fields>
 std::int64_t read_time(Fields& fields)
 {
-	const auto seconds = fields.template number<typename Fields::Seconds>();
-	const std::int64_t nanoseconds = fields.template number<std::uint32_t>();
-	return seconds >= 0 ? std::int64_t{seconds} * 1'000'000'000 + nanoseconds : 0;
+	const std::int64_t seconds = fields.are_of_ros1() ? std::int64_t{fields.number<std::uint32_t>()}
+	                                                  : std::int64_t{fields.number<std::int32_t>()};
+	const std::int64_t nanoseconds = fields.number<std::uint32_t>();
+	return seconds >= 0 ? seconds * 1'000'000'000 + nanoseconds : 0;
 }
 
-template <typename Fields>
 Header read_header(Fields& fields)
 {
-	if (Fields::kHasSequenceNumber) fields.template number<std::uint32_t>();
+	if (fields.are_of_ros1()) fields.number<std::uint32_t>();  // in its sequence
 	const std::int64_t time = read_time(fields);
 	return {time, read_frame(fields)};
 }
 
-template <typename Fields>
 std::optional<mrpt::poses::CPose3D> read_pose(Fields& fields)
 {
 	double values[7];  // x y z [m], then a quaternion x y z w
-	for (double& value : values) value = fields.template number<double>();
+	for (double& value : values) value = fields.number<double>();
 	const auto& [x, y, z, qx, qy, qz, qw] = values;
 	const double norm = std::sqrt(qx * qx + qy * qy + qz * qz + qw * qw);
 	if (!std::isfinite(norm + x + y + z) || !(norm > 0.1)) return std::nullopt;
 	return mrpt::poses::CPose3D(mrpt::math::CQuaternionDouble(qw / norm, qx / norm, qy / norm, qz / norm), x, y, z);
 }
 
-/// All of a scan but the ranges.
-template <typename Fields>
 LaserScan read_geometry(Fields& fields)
 {
 	LaserScan scan;
 	scan.header = read_header(fields);
-	scan.first_angle = fields.template number<float>();
-	scan.last_angle = fields.template number<float>();
-	scan.angle_step = fields.template number<float>();
-	scan.time_step = fields.template number<float>();
-	scan.scan_time = fields.template number<float>();
-	scan.min_range = fields.template number<float>();
-	scan.max_range = fields.template number<float>();
+	scan.first_angle = fields.number<float>();
+	scan.last_angle = fields.number<float>();
+	scan.angle_step = fields.number<float>();
+	scan.time_step = fields.number<float>();
+	scan.scan_time = fields.number<float>();
+	scan.min_range = fields.number<float>();
+	scan.max_range = fields.number<float>();
 	return scan;
 }
 
-template <typename Fields>
-LaserScan read_laser_scan(Fields& fields)
-{
-	LaserScan scan = read_geometry(fields);
-	scan.ranges.resize(count_of(fields, sizeof(float)));
-	fields.copy_to(scan.ranges);
-	return scan;
-}
-
-template <typename Fields>
-LaserScan read_multi_echo_scan(Fields& fields)
-{
-	LaserScan scan = read_geometry(fields);
-	scan.ranges.resize(count_of(fields, sizeof(std::uint32_t)));
-	std::vector<float> echoes;
-	for (float& range : scan.ranges)
-	{
-		echoes.resize(count_of(fields, sizeof(float)));
-		fields.copy_to(echoes);
-		range = echoes.empty() ? std::numeric_limits<float>::quiet_NaN() : echoes.front();
-	}
-	return scan;
-}
-
-/// How the points of a cloud are stored.
 struct CloudLayout
 {
 	std::size_t rows = 0, columns = 0;         //!< [-] of points
@@ -221,7 +167,6 @@ struct CloudLayout
 
 constexpr std::uint8_t kUint32 = 6, kFloat32 = 7, kFloat64 = 8;  // types of fields
 
-/// Returns whether drivers call the time of a point so.
 bool is_name_of_time(const std::string& name)
 {
 	return name == "t" || name == "time" || name == "timestamp" || name == "time_stamp" || name == "offset_time" ||
@@ -229,7 +174,6 @@ bool is_name_of_time(const std::string& name)
 }
 
 /// Reads the descriptions of a point's fields, of which x, y and z are kept.
-template <typename Fields>
 void read_coordinates(Fields& fields, CloudLayout& layout)
 {
 	constexpr std::size_t kLeastSize = 13;  // [byte] of the description of a field
@@ -237,9 +181,9 @@ void read_coordinates(Fields& fields, CloudLayout& layout)
 	for (std::uint32_t left = count_of(fields, kLeastSize); left > 0; left--)
 	{
 		const std::string name = fields.text();
-		const auto offset = fields.template number<std::uint32_t>();
-		const auto type = fields.template number<std::uint8_t>();
-		const auto count = fields.template number<std::uint32_t>();  // some drivers write 0 for 1
+		const auto offset = fields.number<std::uint32_t>();
+		const auto type = fields.number<std::uint8_t>();
+		const auto count = fields.number<std::uint32_t>();  // some drivers write 0 for 1
 		if (is_name_of_time(name) && count <= 1 && type >= kUint32 && type <= kFloat64)
 		{
 			layout.time_offset = offset;
@@ -257,16 +201,15 @@ void read_coordinates(Fields& fields, CloudLayout& layout)
 		throw Unreadable("holds point clouds without fields x, y and z; convert them");
 }
 
-template <typename Fields>
 CloudLayout read_layout(Fields& fields)
 {
 	CloudLayout layout;
-	layout.rows = fields.template number<std::uint32_t>();
-	layout.columns = fields.template number<std::uint32_t>();
+	layout.rows = fields.number<std::uint32_t>();
+	layout.columns = fields.number<std::uint32_t>();
 	read_coordinates(fields, layout);
-	layout.is_big_endian = fields.template number<std::uint8_t>() != 0;
-	layout.point_size = fields.template number<std::uint32_t>();
-	layout.row_size = fields.template number<std::uint32_t>();
+	layout.is_big_endian = fields.number<std::uint8_t>() != 0;
+	layout.point_size = fields.number<std::uint32_t>();
+	layout.row_size = fields.number<std::uint32_t>();
 	const std::size_t least = layout.columns * layout.point_size;
 	if (layout.rows == 1) layout.row_size = least;  // which some drivers do not fill in
 	for (std::size_t axis = 0; axis < 3; axis++)
@@ -338,10 +281,41 @@ void to_seconds_after(std::int64_t message, const CloudLayout& layout, std::vect
 		if (!(std::abs(time) <= kLatest)) time = 0;  // it is not known
 	}
 }
+}  // namespace
 
-template <typename Fields>
-PointCloud read_point_cloud(Fields& fields)
+Header decode_header(const EncodedMessage& message)
 {
+	Fields fields(message);
+	return read_header(fields);
+}
+
+LaserScan decode_laser_scan(const EncodedMessage& message)
+{
+	Fields fields(message);
+	LaserScan scan = read_geometry(fields);
+	scan.ranges.resize(count_of(fields, sizeof(float)));
+	fields.copy_to(scan.ranges);
+	return scan;
+}
+
+LaserScan decode_multi_echo_scan(const EncodedMessage& message)
+{
+	Fields fields(message);
+	LaserScan scan = read_geometry(fields);
+	scan.ranges.resize(count_of(fields, sizeof(std::uint32_t)));
+	std::vector<float> echoes;
+	for (float& range : scan.ranges)
+	{
+		echoes.resize(count_of(fields, sizeof(float)));
+		fields.copy_to(echoes);
+		range = echoes.empty() ? std::numeric_limits<float>::quiet_NaN() : echoes.front();
+	}
+	return scan;
+}
+
+PointCloud decode_point_cloud(const EncodedMessage& message)
+{
+	Fields fields(message);
 	PointCloud cloud;
 	cloud.header = read_header(fields);
 	const CloudLayout layout = read_layout(fields);
@@ -366,33 +340,33 @@ PointCloud read_point_cloud(Fields& fields)
 	return cloud;
 }
 
-template <typename Fields>
-Odometry read_odometry(Fields& fields)
+Odometry decode_odometry(const EncodedMessage& message)
 {
+	Fields fields(message);
 	constexpr int kCovarianceSize = 36;
 	Odometry odometry;
 	odometry.pose.header = read_header(fields);
 	odometry.pose.child = read_frame(fields);
 	odometry.pose.pose = read_pose(fields);
-	for (int i = 0; i < kCovarianceSize; i++) fields.template number<double>();
+	for (int i = 0; i < kCovarianceSize; i++) fields.number<double>();
 	double twist[6];  // x y z [m/s], then about these axes [rad/s]
-	for (double& value : twist) value = fields.template number<double>();
+	for (double& value : twist) value = fields.number<double>();
 	odometry.velocity = {twist[0], twist[1], twist[5]};
 	return odometry;
 }
 
-template <typename Fields>
-StampedPose read_stamped_pose(Fields& fields)
+StampedPose decode_stamped_pose(const EncodedMessage& message)
 {
+	Fields fields(message);
 	StampedPose pose;
 	pose.header = read_header(fields);
 	pose.pose = read_pose(fields);
 	return pose;
 }
 
-template <typename Fields>
-std::vector<Transform> read_transforms(Fields& fields)
+std::vector<Transform> decode_transforms(const EncodedMessage& message)
 {
+	Fields fields(message);
 	constexpr std::size_t kLeastSize = 72;  // [byte] of one with frames that have no name
 	std::vector<Transform> transforms(count_of(fields, kLeastSize));
 	for (Transform& transform : transforms)
@@ -404,16 +378,16 @@ std::vector<Transform> read_transforms(Fields& fields)
 	return transforms;
 }
 
-template <typename Fields>
-OccupancyGrid read_occupancy_grid(Fields& fields)
+OccupancyGrid decode_occupancy_grid(const EncodedMessage& message)
 {
+	Fields fields(message);
 	constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 	OccupancyGrid grid;
 	grid.header = read_header(fields);
 	read_time(fields);  // when it was loaded
-	grid.resolution = static_cast<double>(fields.template number<float>());
-	grid.width = fields.template number<std::uint32_t>();
-	grid.height = fields.template number<std::uint32_t>();
+	grid.resolution = static_cast<double>(fields.number<float>());
+	grid.width = fields.number<std::uint32_t>();
+	grid.height = fields.number<std::uint32_t>();
 	const auto origin = read_pose(fields);
 	grid.origin = origin ? mrpt::poses::CPose2D(*origin).asTPose() : mrpt::math::TPose2D(kNone, kNone, kNone);
 	const Bytes cells = fields.take(count_of(fields, 1));
@@ -421,56 +395,9 @@ OccupancyGrid read_occupancy_grid(Fields& fields)
 	return grid;
 }
 
-/// Calls `read` with the fields of a message in its encoding.
-template <typename Read>
-auto decode(const EncodedMessage& message, const Read& read)
-{
-	return message.encoding == Encoding::kRos1 ? read(Ros1Fields(message.data)) : read(CdrFields(message.data));
-}
-}  // namespace
-
-Header decode_header(const EncodedMessage& message)
-{
-	return decode(message, [](auto&& fields) { return read_header(fields); });
-}
-
-LaserScan decode_laser_scan(const EncodedMessage& message)
-{
-	return decode(message, [](auto&& fields) { return read_laser_scan(fields); });
-}
-
-LaserScan decode_multi_echo_scan(const EncodedMessage& message)
-{
-	return decode(message, [](auto&& fields) { return read_multi_echo_scan(fields); });
-}
-
-PointCloud decode_point_cloud(const EncodedMessage& message)
-{
-	return decode(message, [](auto&& fields) { return read_point_cloud(fields); });
-}
-
-Odometry decode_odometry(const EncodedMessage& message)
-{
-	return decode(message, [](auto&& fields) { return read_odometry(fields); });
-}
-
-StampedPose decode_stamped_pose(const EncodedMessage& message)
-{
-	return decode(message, [](auto&& fields) { return read_stamped_pose(fields); });
-}
-
-std::vector<Transform> decode_transforms(const EncodedMessage& message)
-{
-	return decode(message, [](auto&& fields) { return read_transforms(fields); });
-}
-
-OccupancyGrid decode_occupancy_grid(const EncodedMessage& message)
-{
-	return decode(message, [](auto&& fields) { return read_occupancy_grid(fields); });
-}
-
 Time decode_clock(const EncodedMessage& message)
 {
-	return decode(message, [](auto&& fields) { return read_time(fields); });
+	Fields fields(message);
+	return read_time(fields);
 }
 }  // namespace d2s1r::ros
