@@ -3,7 +3,6 @@
 
 #include <d2s1r/unusable_index.h>
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,7 +11,6 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <stdexcept>
 
 namespace d2s1r
@@ -83,6 +81,13 @@ bool is_something_else(const std::string& file)
 	return got > 0 && std::memcmp(start.data(), kMagic.data(), got) != 0;
 }
 
+const std::string& refuse_something_else(const std::string& file)
+{
+	if (is_something_else(file))
+		throw UnusableIndex(file, "exists and is not the file of an index that can be read", kNameAnother);
+	return file;
+}
+
 std::shared_ptr<const unsigned char> map_into_memory(const std::string& file, std::size_t& size)
 {
 	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // waits for no pipe
@@ -105,59 +110,24 @@ std::uint64_t fingerprint_of(const void* bytes, std::size_t count, std::uint64_t
 	return XXH3_64bits_withSeed(bytes, count, seed);
 }
 
-struct IndexWriter::Sum
+IndexWriter::IndexWriter(const std::string& file)
+    : pending_(refuse_something_else(file)),
+      stream_(std::fopen(pending_.temporary().c_str(), "wbe"), std::fclose),
+      sum_(XXH3_createState(), [](XXH3_state_t* sum) { XXH3_freeState(sum); })
 {
-	XXH3_state_t* state = XXH3_createState();
-	Sum()
-	{
-		if (!state) throw std::bad_alloc();
-		XXH3_64bits_reset(state);
-	}
-	~Sum() { XXH3_freeState(state); }
-	Sum(const Sum&) = delete;
-	Sum& operator=(const Sum&) = delete;
-};
-
-IndexWriter::IndexWriter(const std::string& file) : file_(file), stream_(nullptr, std::fclose)
-{
-	std::error_code is_new;
-	const std::filesystem::path existing = std::filesystem::canonical(file, is_new);  // behind links
-	const std::filesystem::path path = is_new ? std::filesystem::path(file) : existing;
-	target_ = path.string();
-	temporary_ = path.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + path.filename().string());
-	if (is_something_else(file))
-		throw UnusableIndex(file, "exists and is not the file of an index that can be read", kNameAnother);
-	sum_ = std::make_unique<Sum>();
-	struct stat status = {};
-	do  // whoever removes what a killed process left knows by the lock what to leave alone, and may be doing so now
-	{
-		stream_.reset(std::fopen(temporary_.c_str(), "wbe"));
-		if (!stream_) fail();
-		flock(fileno(stream_.get()), LOCK_EX);
-	} while (fstat(fileno(stream_.get()), &status) == 0 && status.st_nlink == 0);
+	if (!stream_) pending_.fail();
+	if (!sum_) throw std::bad_alloc();
+	XXH3_64bits_reset(sum_.get());
 	const Header unfinished{};
-	if (std::fwrite(&unfinished, sizeof unfinished, 1, stream_.get()) != 1) fail();
+	if (std::fwrite(&unfinished, sizeof unfinished, 1, stream_.get()) != 1) pending_.fail();
 	written_ = sizeof unfinished;
-}
-
-IndexWriter::~IndexWriter()
-{
-	if (!stream_) return;
-	stream_.reset();
-	std::remove(temporary_.c_str());
-}
-
-void IndexWriter::fail() const
-{
-	throw UnusableIndex(
-	    file_, std::string("cannot be written (") + std::strerror(errno) + ")", "name another file or free space");
 }
 
 void IndexWriter::put(const void* bytes, std::size_t count)
 {
 	if (count == 0) return;
-	if (std::fwrite(bytes, 1, count, stream_.get()) != count) fail();
-	XXH3_64bits_update(sum_->state, bytes, count);
+	if (std::fwrite(bytes, 1, count, stream_.get()) != count) pending_.fail();
+	XXH3_64bits_update(sum_.get(), bytes, count);
 	written_ += count;
 }
 
@@ -176,17 +146,12 @@ void IndexWriter::commit(const IndexKey& key)
 	Header header;
 	header.key = key;
 	header.bytes = written_;
-	header.content = XXH3_64bits_digest(sum_->state);
+	header.content = XXH3_64bits_digest(sum_.get());
 	header.header = sum_of(header);
-	if (std::fseek(stream_.get(), 0, SEEK_SET) != 0) fail();
-	if (std::fwrite(&header, sizeof header, 1, stream_.get()) != 1) fail();
-	const int lock = fcntl(fileno(stream_.get()), F_DUPFD_CLOEXEC, 0);  // keeps it until the file has its name
-	const bool is_done = std::fclose(stream_.release()) == 0 && std::rename(temporary_.c_str(), target_.c_str()) == 0;
-	const int error = errno;
-	if (!is_done) std::remove(temporary_.c_str());
-	close(lock);
-	errno = error;
-	if (!is_done) fail();
+	if (std::fseek(stream_.get(), 0, SEEK_SET) != 0) pending_.fail();
+	if (std::fwrite(&header, sizeof header, 1, stream_.get()) != 1) pending_.fail();
+	if (std::fclose(stream_.release()) != 0) pending_.fail();
+	pending_.commit();
 }
 
 IndexReader::IndexReader(const std::string& file, const IndexKey& key) : file_(file)

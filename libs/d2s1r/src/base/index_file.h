@@ -11,6 +11,9 @@
 #include <type_traits>
 
 #include "base/array.h"
+#include "base/output_file.h"
+
+struct XXH3_state_s;
 
 namespace d2s1r
 {
@@ -38,25 +41,19 @@ void geometry_fields(Self& grid, File& file)
 /// The parts of a file that begin at a multiple of this can be read as any type, by aligned instructions, too.
 inline constexpr std::size_t kIndexAlignment = kCacheLine;  //!< [byte]
 
-/// Writes the file of an index. It gets its name in commit(); before that, and if something fails, whatever had that
-/// name is not touched. Before that it is called .tmpPID-NAME and locked.
+/// Writes the file of an index, which appears when it is whole: see PendingFile.
 class IndexWriter
 {
    public:
 	/// \throws std::runtime_error naming the file if it cannot be written, or exists and is no index
 	explicit IndexWriter(const std::string& file);
-	~IndexWriter();
-	IndexWriter(const IndexWriter&) = delete;
-	IndexWriter& operator=(const IndexWriter&) = delete;
 
-	/// Writes a number.
 	template <class Number, std::enable_if_t<std::is_arithmetic_v<Number>, int> = 0>
 	void operator()(const Number& number)
 	{
 		write(&number, sizeof number, 1);
 	}
 
-	/// Writes an array.
 	template <class T>
 	void operator()(const Array<T>& array)
 	{
@@ -70,15 +67,11 @@ class IndexWriter
    private:
 	void write(const void* values, std::size_t size, std::size_t count);
 	void put(const void* bytes, std::size_t count);
-	[[noreturn]] void fail() const;
 
-	struct Sum;
-	std::string file_;       //!< as the caller says it
-	std::string target_;     //!< where its links lead
-	std::string temporary_;  //!< next to the target
+	PendingFile pending_;
 	std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream_;
-	std::unique_ptr<Sum> sum_;  //!< of all that was written behind the header
-	std::size_t written_ = 0;   //!< [byte] with the header
+	std::unique_ptr<XXH3_state_s, void (*)(XXH3_state_s*)> sum_;  //!< of all that was written behind the header
+	std::size_t written_ = 0;                                     //!< [byte] with the header
 };
 
 /// Maps the file of an index into memory and reads it. Arrays refer to that memory, which all processes share that map
@@ -93,14 +86,12 @@ class IndexReader
 	/// Says that what was read is not what an index holds. \throws std::runtime_error naming the file
 	[[noreturn]] void refuse_content() const;
 
-	/// Reads a number.
 	template <class Number, std::enable_if_t<std::is_arithmetic_v<Number>, int> = 0>
 	void operator()(Number& number)
 	{
 		number = *static_cast<const Number*>(read(sizeof number, 1).first);
 	}
 
-	/// Reads an array.
 	template <class T>
 	void operator()(Array<T>& array)
 	{
