@@ -38,24 +38,12 @@ SteadyTime steady_now()
 
 Parameters read_parameters(const std::string& config, const std::vector<std::string>& settings)
 {
-	try
-	{
-		const Parameters parameters =
-		    app::with_set_options(config.empty() ? Parameters() : load_parameters(config), settings);
-		if (parameters.method != Method::kDefault)
-			throw app::UserError(
-			    app::kWrongUse, config.empty() ? "--set" : config,
-			    "a running robot needs method = default; leave `method` out");
-		return parameters;
-	}
-	catch (const app::UserError&)
-	{
-		throw;
-	}
-	catch (const std::exception& e)
-	{
-		throw app::about(config, app::kWrongUse, e);
-	}
+	const Parameters parameters = app::read_parameters(config, settings);
+	if (parameters.method != Method::kDefault)
+		throw app::UserError(
+		    app::kWrongUse, config.empty() ? "--set" : config,
+		    "a running robot needs method = default; leave `method` out");
+	return parameters;
 }
 
 /// The maps of --map, and a line about files that are left out; it may be empty.
@@ -65,7 +53,6 @@ struct LoadedMaps
 	std::string note;
 };
 
-/// Refuses an image, and what is about one map if there may be several.
 void check_map(const Flags& flags)
 {
 	using app::UserError;
@@ -112,10 +99,6 @@ LoadedMaps load_maps(const Flags& flags, const Parameters& parameters)
 		const std::string others = files_that_are_no_maps(flags.map, entries);
 		return {std::make_shared<Atlas>(std::move(maps)), others.empty() ? "" : printable(flags.map + ": " + others)};
 	}
-	catch (const app::UserError&)
-	{
-		throw;
-	}
 	catch (const std::exception& e)
 	{
 		throw app::about(flags.map, app::kBadInput, e);
@@ -141,7 +124,6 @@ MakeLocalizer localizers_with_index(const std::string& file)
 	};
 }
 
-/// All that is read and written.
 struct Topics
 {
 	Topics(const Flags& flags, dds_entity_t participant)
@@ -264,7 +246,6 @@ class Node
 
 	LiveLocalizer& live() { return live_; }
 
-	/// Waits for messages, takes them and answers.
 	void step()
 	{
 		topics_.waiter.wait(kLongestWait);
@@ -359,7 +340,6 @@ class Node
 		for (Reader& scans : topics_.scans) take_scans(scans);
 	}
 
-	/// \throws UserError if somebody else publishes what --track does
 	void check_tracked(const Reader& reader, const std::vector<ros::Transform>& transforms, PublisherId publisher) const
 	{
 		for (const ros::Transform& transform : transforms)
@@ -457,7 +437,6 @@ class Node
 		told_at_ = steady_now();
 	}
 
-	/// Says once what has kept the robot from being localized for some seconds.
 	void say_if_stuck(const LiveStatus& status)
 	{
 		constexpr std::chrono::seconds kPatience(3);

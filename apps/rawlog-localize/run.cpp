@@ -361,7 +361,8 @@ ExitStatus run(const CommandLine& command, Console& console)
 	check_not_swapped(command);
 	auto sources = command.only_writes_config() ? std::vector<MapSource>() : map_sources(command);
 	check_files_apart(command, sources);
-	const Parameters parameters = read_parameters(command.search.config, command.search.settings);
+	const Parameters parameters = read_interruptibly(
+	    command.search.config, [search = command.search] { return read_parameters(search.config, search.settings); });
 	check_method(parameters.method, command);
 	if (command.only_writes_config())
 	{

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frames/frame_loop.h"
 
-#include <base/scoped_timer.h>
 #include <base/threads.h>
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
@@ -22,10 +21,25 @@ namespace d2s1r::app
 {
 namespace
 {
+using Clock = std::chrono::steady_clock;
+
+/// Adds the wall-clock time of its own life to a sum.
+class ScopedTimer
+{
+   public:
+	/// \param sum_ms [ms] must outlive the timer
+	explicit ScopedTimer(double& sum_ms) : sum_ms_(sum_ms) {}
+	~ScopedTimer() { sum_ms_ += std::chrono::duration<double, std::milli>(Clock::now() - start_).count(); }
+	ScopedTimer(const ScopedTimer&) = delete;
+	ScopedTimer& operator=(const ScopedTimer&) = delete;
+
+   private:
+	double& sum_ms_;
+	Clock::time_point start_ = Clock::now();
+};
+
 constexpr std::size_t kScansPerThread = 8;  //!< [-] scans that are read ahead of those that have been followed
 constexpr std::size_t kMostObjects = 1024;  //!< [-] objects that are, to bound the memory of logs with few scans
-
-using Clock = std::chrono::steady_clock;
 
 using Lasers = std::vector<PlacedObservation>;
 

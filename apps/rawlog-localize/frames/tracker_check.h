@@ -25,14 +25,23 @@ class TrackerCheck
 	TrackerCheck(ros::TrackerTrack path, const WatchSettings& settings) : path_(std::move(path)), monitor_(settings) {}
 
 	/// Returns the pose of the tracker at a time. \param robot its odometry
-	std::optional<mrpt::poses::CPose2D> pose_at(ros::Time time, const ros::RobotTrack& robot) const;
+	std::optional<mrpt::poses::CPose2D> pose_at(ros::Time time, const ros::RobotTrack& robot) const
+	{
+		const auto told = path_.at(time, robot);
+		return told ? std::optional(told->second) : std::nullopt;
+	}
 
 	/// Takes in the next scan; call it for every one that is localized.
 	/// \param motion of the robot since the last call, in its frame then; no value: nobody measured it
 	/// \param tracker its pose at the time of the scan; no value: not known
 	CheckedTracker add(
 	    const Localizer& localizer, const Scan& scan, const Localization& localization,
-	    const std::optional<mrpt::poses::CPose2D>& motion, const std::optional<mrpt::poses::CPose2D>& tracker);
+	    const std::optional<mrpt::poses::CPose2D>& motion, const std::optional<mrpt::poses::CPose2D>& tracker)
+	{
+		CheckedTracker checked{monitor_.add(localizer, scan, localization, motion, tracker)};
+		if (tracker) checked.pose = tracker->asTPose();
+		return checked;
+	}
 
    private:
 	ros::TrackerTrack path_;

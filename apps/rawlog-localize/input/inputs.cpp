@@ -25,23 +25,6 @@ std::string quoted(const std::string& label)
 }
 }  // namespace
 
-Parameters read_parameters(const std::string& file, const std::vector<std::string>& settings)
-{
-	try
-	{
-		const auto load = [file] { return load_parameters(file); };
-		return with_set_options(file.empty() ? Parameters() : read_interruptibly(file, load), settings);
-	}
-	catch (const UserError&)
-	{
-		throw;
-	}
-	catch (const std::exception& e)
-	{
-		throw about(file, kWrongUse, e);
-	}
-}
-
 void check_method(Method method, const CommandLine& command)
 {
 	if (method != Method::kPaper) return;
@@ -119,7 +102,6 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 
 namespace
 {
-/// Returns what to do about a laser's doubtful field.
 std::string remedy_of(const logs::ScanDoubt& doubt, const std::optional<logs::OtherAngles>& other)
 {
 	switch (doubt.field)

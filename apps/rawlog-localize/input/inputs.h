@@ -9,11 +9,6 @@
 
 namespace d2s1r::app
 {
-/// Returns the parameters: the values of the configuration file, where it has any, and else the defaults.
-/// \param file empty: the defaults
-/// \throws UserError (kWrongUse) if the file is wrong; (kInterrupted)
-Parameters read_parameters(const std::string& file, const std::vector<std::string>& settings);
-
 /// Checks that the method can do what the command line asks for. \throws UserError (kWrongUse) if it cannot
 void check_method(Method method, const CommandLine& command);
 
@@ -43,7 +38,6 @@ void check_merge(const logs::LogSurvey& survey, const logs::Sensor& sensor);
 std::vector<std::string> describe_log(
     const logs::LogSurvey& survey, const logs::Sensor& sensor, const LogRequest& request, MotionSource motion);
 
-/// Says which scans of a rawlog are localized.
 struct FrameSelection
 {
 	std::string label;      //!< of the sensor

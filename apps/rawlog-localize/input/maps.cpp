@@ -103,8 +103,9 @@ void set_parameters(std::vector<MapSource>& sources, const Parameters& parameter
 {
 	for (MapSource& source : sources)
 	{
-		source.parameters =
-		    source.entry.config.empty() ? parameters : read_parameters(source.entry.config, command.search.settings);
+		const std::string& config = source.entry.config;
+		const auto read = [config, settings = command.search.settings] { return read_parameters(config, settings); };
+		source.parameters = config.empty() ? parameters : read_interruptibly(config, read);
 		check_method(source.parameters.method, command);
 	}
 }

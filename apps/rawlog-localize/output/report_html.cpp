@@ -1,19 +1,137 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/report_html.h"
 
+#include <base/output_file.h>
 #include <d2s1r/version.h>
+#include <nlohmann/json.hpp>
+#include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <new>
+#include <string>
 #include <string_view>
 
-#include "output/packer.h"
+#include "frames/spill_file.h"
 #include "report_template.h"
 
 namespace d2s1r::app
 {
 namespace
 {
+using Json = nlohmann::ordered_json;  //!< numbers that are not finite become null
+
+std::string base64(const std::uint8_t* bytes, std::size_t size)
+{
+	constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+	std::string text;
+	for (std::size_t i = 0; i < size; i += 3)
+	{
+		const auto byte = [&](std::size_t k) { return k < size ? bytes[k] : 0U; };
+		const unsigned three = byte(i) << 16U | byte(i + 1) << 8U | byte(i + 2);
+		for (const unsigned shift : {18U, 12U, 6U, 0U}) text += kDigits[three >> shift & 63U];
+	}
+	for (std::size_t k = size; k % 3 != 0; k++) text[text.size() - 1 - (k - size)] = '=';
+	return text;
+}
+}  // namespace
+
+/// Packs bytes by zlib as they come, into a file: those of a long log are many.
+class Packer
+{
+   public:
+	/// \param folder where there is room for the file
+	/// \throws UserError (kBadOutput), as add() and print() do
+	explicit Packer(const std::filesystem::path& folder, int level = Z_DEFAULT_COMPRESSION) : packed_(folder)
+	{
+		if (deflateInit(&stream_, level) != Z_OK) throw std::bad_alloc();
+	}
+	~Packer() { deflateEnd(&stream_); }
+	Packer(const Packer&) = delete;
+	Packer& operator=(const Packer&) = delete;
+
+	void add(const void* bytes, std::size_t size) { pack(bytes, size, Z_NO_FLUSH); }
+	void add(const std::string& text) { add(text.data(), text.size()); }
+
+	/// Prints the packed bytes as base64. Nothing may be added any more.
+	void print(TextFile& file)
+	{
+		pack(nullptr, 0, Z_FINISH);
+		packed_.rewind();
+		std::array<std::uint8_t, 3 * 4096> part;  // a multiple of three bytes makes whole digits
+		while (const std::size_t size = packed_.read(part.data(), part.size()))
+			file.print("%s", base64(part.data(), size).c_str());
+	}
+
+   private:
+	void pack(const void* bytes, std::size_t size, int flush)
+	{
+		static const Bytef kNothing = 0;
+		stream_.next_in = const_cast<Bytef*>(size > 0 ? static_cast<const Bytef*>(bytes) : &kNothing);
+		stream_.avail_in = static_cast<uInt>(size);
+		std::array<Bytef, 1 << 14> part;
+		do
+		{
+			stream_.next_out = part.data();
+			stream_.avail_out = static_cast<uInt>(part.size());
+			deflate(&stream_, flush);
+			packed_.write(part.data(), part.size() - stream_.avail_out);
+		} while (stream_.avail_out == 0);
+	}
+
+	z_stream stream_{};
+	SpillFile packed_;
+};
+
+namespace
+{
+/// Returns the text of a value of JSON, with U+FFFD for what is not UTF-8.
+std::string text_of(const Json& json)
+{
+	return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// Packs an object of JSON member by member, so that none of its lists is in memory.
+class JsonPacker
+{
+   public:
+	using Append = std::function<void(const std::string& text)>;
+
+	explicit JsonPacker(Packer& packer) : packer_(packer) { packer_.add("{"); }
+	void finish() { packer_.add("}"); }
+
+	void member(const char* name, const Json& value) { add(name, text_of(value)); }
+
+	/// Adds what `fill` appends with commas between, and around it `brackets`, "[]" or "{}".
+	void list(const char* name, const char* brackets, const std::function<void(const Append&)>& fill)
+	{
+		add(name, {brackets[0]});
+		const char* separator = "";
+		fill(
+		    [&](const std::string& text)
+		    {
+			    packer_.add(separator + text);
+			    separator = ",";
+		    });
+		packer_.add({brackets[1]});
+	}
+
+   private:
+	void add(const char* name, const std::string& text)
+	{
+		packer_.add((is_first_ ? "\"" : ",\"") + std::string(name) + "\":" + text);
+		is_first_ = false;
+	}
+
+	Packer& packer_;
+	bool is_first_ = true;
+};
+
 constexpr std::size_t kMostBeams = 360;  //!< [-] of a scan that are kept
 constexpr int kLevelOfMap = 4;           //!< [-] of zlib: whoever interrupts a run waits while a large map is packed
 
@@ -57,7 +175,6 @@ std::vector<Json> numbers_of(const mrpt::math::TPose2D& pose)
 	return {rounded(pose.x), rounded(pose.y), std::round(pose.phi * 1e4) / 1e4};
 }
 
-/// Adds a list with what each frame says.
 void add_list(
     JsonPacker& json, const char* name, const DrawnFrames& frames,
     const std::function<std::vector<Json>(const Frame&)>& values_of)
@@ -123,7 +240,7 @@ void add_truth(JsonPacker& json, const RunReport& report)
 	const auto fill = [&](const JsonPacker::Append& append)
 	{
 		for (const Match* match : match_of)
-			for (const Json& value : match ? numbers_of(match->truth.pose) : std::vector<Json>(3))
+			for (const Json& value : match ? numbers_of(match->truth.robot) : std::vector<Json>(3))
 				append(text_of(value));
 	};
 	json.list("truth", "[]", fill);

@@ -33,7 +33,6 @@ class ReportHtml
 	/// \param frames of the report, as they are drawn on the grid
 	void finish(const RunReport& report, const DrawnFrames& frames, const Grid& grid);
 
-	/// Gives the file its name.
 	void commit() { file_.commit(); }
 
    private:

@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "picture/axes.h"
 #include "picture/canvas.h"
 #include "picture/map_view.h"
 
@@ -22,6 +21,94 @@ const bool kDrawsMapPng = true;
 
 namespace
 {
+constexpr const char *kXTitle = "x [m]", *kYTitle = "y [m]";
+constexpr double kTickLength = 8;  //!< [pixel]
+constexpr double kNumberGap = 6;   //!< [pixel] between ticks and numbers
+constexpr Color kAxisColor{96, 100, 110};
+
+/// Returns the longest of 1, 2, 5, 10, ... (or a tenth of these, ...) that is not above `limit`.
+double round_length(double limit)
+{
+	const double power = std::pow(10.0, std::floor(std::log10(limit)));
+	for (const double step : {5.0, 2.0})
+		if (step * power <= limit) return step * power;
+	return power;
+}
+
+/// Returns the distance of the ticks [m]: two of them on the short side at least, but at most 14 on the long side.
+double tick_step(double width, double height)
+{
+	const double longer = std::max(width, height), shorter = std::min(width, height);
+	return round_length(std::max(longer / 14, std::min(longer / 6, shorter / 2)));
+}
+
+/// The coordinates of the map frame [m] along the left and the lower edge of a map.
+class Axes
+{
+   public:
+	/// \param view of the map; its offset does not matter yet
+	explicit Axes(const MapView& view)
+	{
+		const double width = view.width / view.scale, height = view.height / view.scale;
+		const double step = tick_step(width, height);
+		x_ = ticks(view.left, view.left + width, step);
+		y_ = ticks(view.top - height, view.top, step);
+		double widest = Canvas(1, 1, kAxisColor).text_width(kXTitle) + kNumberGap;
+		for (const Tick& tick : y_) widest = std::max(widest, tick.width);
+		left_width_ = static_cast<int>(std::ceil(widest + kTickLength + 3 * kNumberGap));
+	}
+
+	int left_width() const { return left_width_; }  //!< [pixel] left of the map
+	static constexpr int kTopHeight = 38;           //!< [pixel] above the map
+	static constexpr int kBottomHeight = 48;        //!< [pixel] below the map
+
+	/// \param view where the map lies now
+	void draw(Canvas& canvas, const MapView& view) const
+	{
+		const double left = view.offset_x, top = view.offset_y, bottom = top + view.height;
+		const double numbers = bottom + kTickLength + kNumberGap + Canvas::kTextHeight / 2;
+		canvas.line({{left, top}, {left, bottom}, {left + view.width, bottom}}, 1.5, kAxisColor);
+		for (const Tick& tick : x_)
+		{
+			const double x = view.pixel(tick.at, view.top).x;
+			canvas.line({{x, bottom}, {x, bottom + kTickLength}}, 1.5, kAxisColor);
+			canvas.text(x - tick.width / 2, numbers, tick.label, kAxisColor);
+		}
+		for (const Tick& tick : y_)
+		{
+			const double y = view.pixel(view.left, tick.at).y;
+			canvas.line({{left - kTickLength, y}, {left, y}}, 1.5, kAxisColor);
+			if (y > bottom - Canvas::kTextHeight / 4) continue;  // the title of the other axis is there
+			canvas.text(left - kTickLength - kNumberGap - tick.width, y, tick.label, kAxisColor);
+		}
+		canvas.text(left - left_width_ + kNumberGap, numbers, kXTitle, kAxisColor);
+		canvas.text(left - left_width_ + kNumberGap, top - kTopHeight / 2.0, kYTitle, kAxisColor);
+	}
+
+   private:
+	struct Tick
+	{
+		double at;          //!< [m]
+		std::string label;  //!< the same as text
+		double width;       //!< [pixel] of the text
+	};
+
+	static std::vector<Tick> ticks(double first, double last, double step)
+	{
+		Canvas ruler(1, 1, kAxisColor);
+		std::vector<Tick> found;
+		for (double i = std::ceil(first / step); i * step <= last; i++)
+		{
+			const std::string label = mrpt::format("%g", i == 0 ? 0.0 : i * step);  // not "-0"
+			found.push_back({i * step, label, ruler.text_width(label)});
+		}
+		return found;
+	}
+
+	std::vector<Tick> x_, y_;
+	int left_width_ = 0;
+};
+
 constexpr int kLongSide = 1600;      //!< [pixel] of the map
 constexpr double kLargestCell = 24;  //!< [pixel] of small maps
 constexpr int kLeastWidth = 1000;    //!< [pixel] of the picture, which has room for the legend
@@ -99,7 +186,6 @@ void draw_wrong(Canvas& canvas, const Pixel& pose, double phi, const Pixel& trut
 	canvas.disc(truth, 4, kWrongColor);
 }
 
-/// An ambiguous frame whose best pose is off.
 void draw_wrong_pose(Canvas& canvas, const Pixel& pose, const Pixel& truth)
 {
 	canvas.line({truth, pose}, 1.4, kHypothesisColor, 0.7);
@@ -112,7 +198,6 @@ void draw_without_pose(Canvas& canvas, const Pixel& truth)
 	canvas.cross(truth, 5, 2.4, kInk);
 }
 
-/// A mark, drawn around a centre, and what it stands for.
 struct LegendEntry
 {
 	std::function<void(Canvas&, const Pixel& center)> draw_sample;
@@ -289,7 +374,6 @@ std::vector<LegendEntry> legend_entries(const RunReport& report, const DrawnFram
 	return entries;
 }
 
-/// Draws the results of a run on its map.
 class Painter
 {
    public:
@@ -304,12 +388,12 @@ class Painter
 		const TimedPose* last = nullptr;
 		for (const auto& m : report_.matches)
 		{
-			if (last && is_jump(last->pose, m.truth.pose, m.truth.timestamp - last->timestamp))
+			if (last && is_jump(last->robot, m.truth.robot, m.truth.time - last->time))
 			{
 				draw_truth(canvas_, piece);
 				piece.clear();
 			}
-			piece.push_back(at(m.truth.pose));
+			piece.push_back(at(m.truth.robot));
 			last = &m.truth;
 		}
 		draw_truth(canvas_, piece);
@@ -331,7 +415,6 @@ class Painter
 			if (frame.has_pose && !frame.localized()) draw_ambiguous(canvas_, at(frame.pose));
 	}
 
-	/// The first frame that is localized.
 	void paint_start()
 	{
 		const auto& kept = frames_.kept();
@@ -390,12 +473,12 @@ class Painter
 	{
 		for (const auto& m : report_.matches)
 			if (is_wrong(m) && !m.frame->has_pose)
-				draw_without_pose(canvas_, at(m.truth.pose));
+				draw_without_pose(canvas_, at(m.truth.robot));
 			else if (is_wrong(m) && !m.frame->localized())
-				draw_wrong_pose(canvas_, at(m.frame->pose), at(m.truth.pose));
+				draw_wrong_pose(canvas_, at(m.frame->pose), at(m.truth.robot));
 		for (const auto& m : report_.matches)
 			if (is_wrong(m) && m.frame->localized())
-				draw_wrong(canvas_, at(m.frame->pose), m.frame->pose.phi, at(m.truth.pose));
+				draw_wrong(canvas_, at(m.frame->pose), m.frame->pose.phi, at(m.truth.robot));
 	}
 
    private:
@@ -407,7 +490,6 @@ class Painter
 	Canvas& canvas_;
 };
 
-/// Returns what has to be in the picture.
 std::vector<mrpt::math::TPoint2D> places(
     const RunReport& report, const DrawnFrames& frames, const std::vector<MapName>& names)
 {
@@ -415,7 +497,7 @@ std::vector<mrpt::math::TPoint2D> places(
 	for (const MapName& map : names) points.emplace_back(map.start.x, map.start.y + 0.49 * map.height);
 	for (const auto& frame : frames.kept())
 		if (frame.has_pose) points.emplace_back(frame.pose.x, frame.pose.y);
-	for (const auto& m : report.matches) points.emplace_back(m.truth.pose.x, m.truth.pose.y);
+	for (const auto& m : report.matches) points.emplace_back(m.truth.robot.x, m.truth.robot.y);
 	return points;
 }
 }  // namespace

@@ -3,21 +3,111 @@
 
 #include <base/output_file.h>
 #include <base/own_process.h>
+#include <d2s1r/map_io.h>
+#include <d2s1r/map_stream.h>
 #include <d2s1r/memory_to_build.h>
 #include <d2s1r/unusable_index.h>
 #include <mrpt/core/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
-#include "map_loading.h"
 #include "shell/errors.h"
+#include "shell/values.h"
 
 namespace d2s1r::app
 {
 namespace
 {
+/// Returns what loading a map file may take, which is far more than loading a sound one does.
+ProcessLimits limits_of_map(const std::string& file)
+{
+	constexpr std::uint64_t kMemory = 900'000'000, kMemoryPerByte = 40;  // [byte], [-]
+	constexpr std::uint64_t kMemoryOfImage = 3'000'000'000;              // [byte] of 256 million pixels and cells
+	constexpr unsigned kSeconds = 120, kMicrosecondsPerByte = 10;        // [s], [us]
+	if (is_yaml_name(file) || is_image_name(file)) return {kMemoryOfImage, kSeconds};
+	std::error_code error;
+	const std::uintmax_t size = std::filesystem::file_size(file, error);
+	if (error) return {kMemory, kSeconds};
+	return {kMemory + kMemoryPerByte * size, kSeconds + static_cast<unsigned>(kMicrosecondsPerByte * size / 1'000'000)};
+}
+
+/// A map file is loaded in a process of its own, and the map arrives as records: a letter and what it is about.
+enum MapRecord : char
+{
+	kMapRecord = 'm',   //!< the next part of what write_map() writes
+	kErrorRecord = 'e'  //!< why the file cannot be loaded
+};
+
+void tell_map(
+    const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters,
+    const Send& send)
+{
+	try
+	{
+		constexpr std::size_t kPart = 1 << 20;  // [byte]
+		write_map(
+		    *load_map(file, parameters, image),
+		    [&](const char* bytes, std::size_t count)
+		    {
+			    for (std::size_t i = 0; i < count; i += kPart)
+				    send(std::string(1, kMapRecord).append(bytes + i, std::min(kPart, count - i)));
+		    });
+	}
+	catch (const std::bad_alloc&)
+	{
+		throw;
+	}
+	catch (const std::exception& error)
+	{
+		send(char{kErrorRecord} + std::string(error.what()));
+	}
+}
+
+/// Loads a map file in a process of its own with limits, since MRPT's readers and decoders of images trust what they
+/// read. \param image only if the map is an image
+/// \throws std::exception that need not name the file
+std::shared_ptr<const OccupancyMap> load_map_apart(
+    const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters)
+{
+	std::string bytes, error;
+	const ProcessLimits limits = limits_of_map(file);
+	const ProcessEnd end = run_in_own_process(
+	    limits, [&](const Send& send) { tell_map(file, image, parameters, send); },
+	    [&](const std::string& record)
+	    {
+		    if (record[0] == kErrorRecord)
+			    error = record.substr(1);
+		    else
+			    bytes.append(record, 1);
+	    },
+	    [] { return false; });  // whoever gives up waiting ends this process, and the other one with it
+	if (!error.empty()) throw std::runtime_error(error);
+	const std::string advice = "; it is damaged or far too large: copy or save it again";
+	switch (end)
+	{
+		case ProcessEnd::kOutOfMemory:
+			if (available_memory() < limits.memory) throw std::bad_alloc();
+			throw std::runtime_error("loading it takes too much memory" + advice);
+		case ProcessEnd::kOutOfTime:
+			throw std::runtime_error("loading it takes too long" + advice);
+		case ProcessEnd::kCrashed:
+			throw std::runtime_error("its reader crashes on it" + advice);
+		default:
+			break;
+	}
+	std::size_t taken = 0;
+	const auto get = [&](char* to, std::size_t count) { taken += bytes.copy(to, count, taken); };
+	return std::make_shared<const OccupancyMap>(d2s1r::read_map(get));
+}
+
 /// Returns what is wrong with a region if it lies outside the map; else an empty text.
 std::string fault_of_region(const Prior& prior, const OccupancyMap& map)
 {
@@ -38,23 +128,17 @@ void check_region(const MapSource& source, const OccupancyMap& map)
 	throw UserError(kBadInput, source.atlas, "the region of map '" + source.entry.name + "' " + fault);
 }
 
-/// Returns a text of an amount of memory [byte].
 std::string text_of_memory(double memory)
 {
 	return memory >= 1e9 ? mrpt::format("%.1f GB", 1e-9 * memory) : mrpt::format("%.1f MB", 1e-6 * memory);
 }
 
-/// Does work on a map file. \throws UserError (kBadInput) naming the file
 template <class Work>
 auto on_map_file(const std::string& file, const Work& work)
 {
 	try
 	{
 		return work();
-	}
-	catch (const UserError&)
-	{
-		throw;
 	}
 	catch (const std::exception& e)
 	{
@@ -66,7 +150,6 @@ auto on_map_file(const std::string& file, const Work& work)
 	}
 }
 
-/// Does work on the file of an index. \throws UserError (kBadOutput) naming the file
 template <class Work>
 void on_index_file(const std::string& file, const Work& work)
 {
@@ -80,7 +163,6 @@ void on_index_file(const std::string& file, const Work& work)
 	}
 }
 
-/// Checks that the index can be saved, before time is spent on what could not be.
 void check_index_can_be_saved(const std::string& file)
 {
 	on_index_file(
@@ -107,7 +189,6 @@ IndexedMap load_index(const std::string& file, std::uint64_t fingerprint, const 
 	}
 }
 
-/// A map file that has been read.
 struct ReadMap
 {
 	std::shared_ptr<const OccupancyMap> map;
@@ -159,7 +240,6 @@ std::optional<std::uint64_t> fingerprint_of(const MapSource& source, const Wait&
 	}
 }
 
-/// The maps of an atlas while they are read.
 class MapReader
 {
    public:
@@ -193,6 +273,18 @@ class MapReader
 	std::size_t count_ = 0;
 };
 }  // namespace
+
+Parameters read_parameters(const std::string& config, const std::vector<std::string>& settings)
+{
+	try
+	{
+		return with_set_options(config.empty() ? Parameters() : load_parameters(config), settings);
+	}
+	catch (const std::exception& e)
+	{
+		throw about(config, kWrongUse, e);
+	}
+}
 
 double memory_of_index(const OccupancyMap& map, const Parameters& parameters)
 {

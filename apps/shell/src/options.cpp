@@ -12,7 +12,6 @@ namespace d2s1r::app
 {
 namespace
 {
-/// Prints --help.
 class HelpFormatter : public CLI::Formatter
 {
    public:

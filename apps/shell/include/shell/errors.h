@@ -8,7 +8,6 @@
 
 namespace d2s1r::app
 {
-/// The exit status of a program.
 enum ExitStatus : int
 {
 	kDone = 0,
@@ -29,9 +28,11 @@ class UserError : public std::runtime_error
 	const ExitStatus status;
 };
 
-/// Makes a UserError of what a library says about `file`. The file is named once, whether or not the library named it.
+/// Makes a UserError of what a library says about `file`, unless it is one. The file is named once, whether or not the
+/// library named it.
 inline UserError about(const std::string& file, ExitStatus status, const std::exception& exception)
 {
+	if (const auto* const known = dynamic_cast<const UserError*>(&exception)) return *known;
 	const std::string line = one_line(exception), name = printable(file);
 	if (line.rfind(name + ":", 0) != 0) return UserError(status, name, line);
 	const auto end = line.find(": ", name.size());  // of "FILE: " or "FILE:LINE: "

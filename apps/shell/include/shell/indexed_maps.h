@@ -12,6 +12,10 @@
 
 namespace d2s1r::app
 {
+/// Reads the parameters of maps. \param config their ini file; empty: the defaults
+/// \param settings "SECTION.KEY=VALUE", which win over it \throws UserError (kWrongUse)
+Parameters read_parameters(const std::string& config, const std::vector<std::string>& settings);
+
 /// What one map of a program is made from.
 struct MapSource
 {
@@ -23,14 +27,12 @@ struct MapSource
 	int threads = 1;  //!< [-] for method = paper
 };
 
-/// Where the index of a map came from.
 struct IndexUse
 {
 	bool loaded = false;    //!< whether it was loaded from its file
 	std::string why_built;  //!< if it was not, and there is to be such a file: why
 };
 
-/// A map with its index.
 struct IndexedMap
 {
 	AtlasEntry entry;
@@ -54,7 +56,6 @@ std::shared_ptr<const Localizer> build_map(const MapSource& source, const Wait& 
 /// Returns how much memory [byte] the index of a map takes about. \throws std::runtime_error if there is less
 double memory_of_index(const OccupancyMap& map, const Parameters& parameters);
 
-/// Builds an index.
 using BuildIndex = std::function<std::shared_ptr<const Localizer>()>;
 
 /// Loads an index from its file; if that is not the index of this map and these parameters, it builds one and saves it

@@ -18,7 +18,6 @@ namespace d2s1r::app
 
 inline constexpr const char* kNeedsValue = "needs a value";
 
-/// Says how a program is used.
 struct Usage
 {
 	const char* program;
