@@ -283,9 +283,9 @@ ExitStatus localize(
 	console.note(request.file, describe_log(log.survey, sensor, request, command.search.motion));
 
 	if (!request.is_live()) prepare();
-	const std::optional<Atlas> atlas = atlas_of(maps);
+	const Atlas atlas = atlas_of(maps);
 	const Localizer& localizer = *maps.front().localizer;
-	const bool can_tell = !atlas && parameters.method == Method::kDefault;
+	const bool can_tell = sources.front().atlas.empty() && parameters.method == Method::kDefault;
 	DriveCalibration drive;
 	if (can_tell) drive = calibrate_lasers(log, sensor, localizer, command, console);
 	const FrameStore unknown{{}};
@@ -298,14 +298,13 @@ ExitStatus localize(
 
 	const mrpt::system::CTicTac watch;
 	const Approach approach = {
-	    localizer,
-	    command.search.query,
+	    atlas,
+	    {{}, command.search.query.time_budget, command.search.query.stop},
 	    command.search.window,
 	    command.search.track,
 	    fusion.get(),
 	    command.search.threads,
 	    request.merge_lasers,
-	    atlas ? &*atlas : nullptr,
 	    tracker ? &*tracker : nullptr,
 	    can_tell && request.is_live() && !request.is_as_told && !request.merge_lasers &&
 	        ros::entries_of(request.overrides).empty(),

@@ -85,7 +85,8 @@ Answers recorded(const Case& given, int window)
 	const logs::Sensor& sensor = sensor_of(log, given);
 	app::Console console;
 	app::ProgressBar progress(console, false, sensor.scans);
-	app::Approach approach{*given.localizer, {}, {}, false, nullptr};
+	const Atlas atlas(std::vector<AtlasMap>{{"", given.localizer}});
+	app::Approach approach{atlas, {}, {}, false, nullptr};
 	if (window > 1) approach.window = window;
 	Answers answers;
 	app::FrameSink sink;

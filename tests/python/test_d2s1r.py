@@ -284,7 +284,7 @@ def test_parameters_by_dict_and_by_file(world, tmp_path):
     (ValueError, "frames", lambda localizer, made: d2s1r.WindowLocalizer(localizer, 0)),
     (ValueError, "ranges does not hold numbers", lambda localizer, made: localizer.localize(["a"], 0, 1, 10)),
     (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"a/b": localizer})),
-    (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"": localizer})),
+    (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"": localizer, "b": localizer})),
     (TypeError, "must be a str", lambda localizer, made: d2s1r.Atlas({1: localizer})),
     (FileNotFoundError, "xff", lambda localizer, made: d2s1r.Map.load(b"\xff")),
     (FileNotFoundError, "xff.yaml", lambda localizer, made: d2s1r.Atlas.load(b"\xff.yaml")),

@@ -242,10 +242,15 @@ TEST(Atlas, SaysWhichMapsDoNotGoTogether)
 	     {"", ".hidden", "a/b", "a\nb",
 	      "a\x9b"
 	      "31m\x7f"})
-		EXPECT_NE(refused({{name, floor_localizer()}}).find("rename it"), std::string::npos) << name;
+		EXPECT_NE(refused({{name, floor_localizer()}, {"b", annex_localizer()}}).find("rename it"), std::string::npos)
+		    << name;
 	Parameters paper;
 	paper.method = Method::kPaper;
-	EXPECT_NE(refused({{"a", localizer_of(make_annex(), paper)}}).find("method = paper"), std::string::npos);
+	const AtlasMap of_paper{"a", localizer_of(make_annex(), paper)};
+	EXPECT_NE(refused({of_paper, {"b", floor_localizer()}}).find("method = paper"), std::string::npos);
+	const Localization alone = Atlas({of_paper}).localize(scan_at(world_of(make_annex()), poses_in_annex()[0]));
+	ASSERT_FALSE(alone.hypotheses.empty());
+	EXPECT_EQ(alone.best().map, "a");
 	Parameters other_sensor;
 	other_sensor.scan.min_beams = 30;
 	EXPECT_NE(

@@ -150,15 +150,8 @@ class Follower
 	/// Begins anew.
 	void begin()
 	{
-		const Approach& approach = approach_;
-		if (approach.window && approach.atlas)
-			window_.emplace(*approach.atlas, *approach.window);
-		else if (approach.window)
-			window_.emplace(approach.localizer, *approach.window, approach.query.prior);
-		if (approach.track && approach.atlas)
-			tracker_.emplace(*approach.atlas);
-		else if (approach.track)
-			tracker_.emplace(approach.localizer, approach.query.prior);
+		if (approach_.window) window_.emplace(approach_.atlas, *approach_.window);
+		if (approach_.track) tracker_.emplace(approach_.atlas);
 	}
 
 	/// Follows the scans of an object, all of which have been localized.
@@ -205,13 +198,13 @@ class Follower
 			const auto read = std::make_shared<logs::RecordedScan>(*recorded_as);
 			ros::apply(calibration_.in_use(), middle_angle, *read);
 			job.logged.observation = read;
-			job.scan = scan_of(job, approach_.localizer.parameters().scan);
-			job.result = approach_.localizer.localize(job.scan, approach_.query);
+			job.scan = scan_of(job, approach_.first().parameters().scan);
+			job.result = approach_.atlas.localize(job.scan, approach_.query);
 		};
 		if (!ros::entries_of(calibration_.in_use()).empty()) read_anew();
 		if (job.result->status != Status::kLocalized || !calibration_.wants(recorded.time)) return;
 		const auto robot = job.result->best().pose.asTPose();
-		if (calibration_.add(approach_.localizer.grid(), recorded, robot, readings_))
+		if (calibration_.add(approach_.first().grid(), recorded, robot, readings_))
 		{
 			begin();
 			read_anew();
@@ -241,7 +234,7 @@ class Follower
 		if (frame.alone) doubt(*frame.alone);
 		if (frame.tracked) doubt(*frame.tracked);
 		if (approach_.tracker)
-			frame.tracker = approach_.tracker->add(approach_.localizer, job.scan, frame.result, motion, job.tracker);
+			frame.tracker = approach_.tracker->add(approach_.first(), job.scan, frame.result, motion, job.tracker);
 		const ScanPtr observation = observation_of(job.logged);
 		if (approach_.fusion) frame.fused = approach_.fusion->step(*observation, one_shot, motion);
 		left_out_.add(job.scan, observation->size());
@@ -359,7 +352,7 @@ class FramePipeline
 		const auto [item, job] = waiting_.front();
 		waiting_.pop_front();
 		lock.unlock();
-		job->scan = scan_of(*job, approach_.localizer.parameters().scan);
+		job->scan = scan_of(*job, approach_.first().parameters().scan);
 		job->result = answer_to(*job);
 		lock.lock();
 		if (!interrupted()) item->unfinished--;  // else the search may have been stopped
@@ -367,10 +360,9 @@ class FramePipeline
 
 	Localization answer_to(const Job& job) const
 	{
-		if (approach_.atlas) return approach_.atlas->localize(job.scan, approach_.query);
 		const auto known = approach_.answers ? approach_.answers->find(job.frame) : Answers::const_iterator();
 		if (approach_.answers && known != approach_.answers->end()) return known->second;
-		return approach_.localizer.localize(job.scan, approach_.query);
+		return approach_.atlas.localize(job.scan, approach_.query);
 	}
 
 	void read(Lock& lock)

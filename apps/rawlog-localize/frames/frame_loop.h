@@ -19,22 +19,22 @@
 
 namespace d2s1r::app
 {
-/// How the scans of a rawlog are localized.
 struct Approach
 {
-	const Localizer& localizer;  //!< of the map, of an atlas that of its first map
-	Query query;
+	const Atlas& atlas;               //!< of the maps that are searched, also of one
+	Query query;                      //!< without a prior
 	std::optional<int> window;        //!< [-] scans that are used jointly; without a value each on its own
 	bool track = false;               //!< whether a Tracker follows the robot
 	Fusion* fusion = nullptr;         //!< follows the robot; null: no fused poses
 	int threads = 1;                  //!< [-]
 	bool merge_lasers = false;        //!< whether scans of other lasers are used, too
-	const Atlas* atlas = nullptr;     //!< maps that are searched; null: only that of `localizer`
 	TrackerCheck* tracker = nullptr;  //!< judges the tracker that ran then; null: there is none
 	bool calibrates = false;          //!< whether the drive is asked on the way how the laser must be read
 	std::string doubt{};              //!< why no pose is certain, however well a scan fits; empty: they are
 	/// Of scans that were localized before, by their numbers in the log; null: of none.
 	const std::map<std::size_t, Localization>* answers = nullptr;
+
+	const Localizer& first() const { return *atlas.maps().front().localizer; }
 };
 
 /// Where everything goes, in the order of the rawlog.
@@ -62,7 +62,6 @@ struct LeftOutReadings
 	void add(const Scan& scan, std::size_t of_observation);
 };
 
-/// How a loop over the frames ended.
 struct LoopResult
 {
 	std::string damage;      //!< LogReader::damage()

@@ -132,9 +132,8 @@ std::vector<IndexedMap> load_maps(const std::vector<MapSource>& sources, const C
 	return maps;
 }
 
-std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps)
+Atlas atlas_of(const std::vector<IndexedMap>& maps)
 {
-	if (maps.front().entry.name.empty()) return std::nullopt;
 	std::vector<AtlasMap> of_atlas;
 	for (const IndexedMap& map : maps)
 		of_atlas.push_back({map.entry.name, map.localizer, map.entry.region, map.entry.floor});

@@ -30,7 +30,7 @@ void check_not_swapped(const CommandLine& command);
 /// \throws UserError
 std::vector<IndexedMap> load_maps(const std::vector<MapSource>& sources, const CommandLine& command, Console& console);
 
-/// Returns the atlas of several maps; no value if there is one map, which is no atlas.
+/// Returns the atlas of the maps, also of one.
 /// \throws UserError (kWrongUse) if they do not go together
-std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps);
+Atlas atlas_of(const std::vector<IndexedMap>& maps);
 }  // namespace d2s1r::app

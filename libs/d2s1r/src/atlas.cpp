@@ -56,10 +56,10 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 	{
 		const auto refuse = [&](const std::string& what)
 		{ throw std::invalid_argument("Atlas: map '" + excerpt(map.name) + "' " + what); };
-		check_name(map.name);
+		if (maps_.size() > 1 || !map.name.empty()) check_name(map.name);
 		if (!names.insert(map.name).second) refuse("is there twice; give each map a name of its own");
 		if (!map.localizer) refuse("has no localizer; build or load one");
-		if (!default_method_of(*map.localizer))
+		if (maps_.size() > 1 && !default_method_of(*map.localizer))
 			refuse("has method = paper, which searches one map; use method = default");
 		if (scan_section(*map.localizer) != scan_section(*maps_.front().localizer))
 			refuse("has other parameters in section scan, which are about the sensor; give all maps the same");
@@ -77,7 +77,16 @@ Localization Atlas::localize(const Scan& scan, const Query& query) const
 		throw std::invalid_argument("Atlas: the time budget is negative or not a number; give ms, or 0 for none");
 	if (!query.prior.anywhere())
 		throw std::invalid_argument("Atlas: the query has a prior, but each map has a frame of its own; give regions");
-	if (const auto refusal = refusal_of(scan, maps_.front().localizer->parameters().scan)) return *refusal;
+	const AtlasMap& first = maps_.front();
+	if (maps_.size() == 1)
+	{
+		Query of_map = query;
+		of_map.prior = first.region;
+		Localization result = first.localizer->localize(scan, of_map);
+		for (Hypothesis& hypothesis : result.hypotheses) hypothesis.map = first.name;
+		return result;
+	}
+	if (const auto refusal = refusal_of(scan, first.localizer->parameters().scan)) return *refusal;
 	std::vector<SearchedMap> searched;
 	for (const AtlasMap& map : maps_)
 	{
@@ -103,7 +112,6 @@ const AtlasMap& Atlas::at(const std::string& name) const
 
 namespace
 {
-/// Returns the text of a key; an empty one if the key is missing.
 std::string text_of(const YAML::Node& map, const char* key)
 {
 	if (!map[key]) return {};

@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/tracker.h>
+
 #include "frames/window_tracker.h"
 #include "window_on_twin_rooms.h"
 
@@ -253,8 +255,11 @@ TEST_F(WindowOnTwinRooms, RefusesWhatItCannotDo)
 	EXPECT_THROW(WindowLocalizer(localizer_, 0), std::invalid_argument);
 	Parameters parameters;
 	parameters.method = Method::kPaper;
-	const Localizer paper(make_map(grid_), parameters);
-	EXPECT_THROW(WindowLocalizer(paper, 10), std::invalid_argument);
+	const auto paper = std::make_shared<const Localizer>(make_map(grid_), parameters);
+	EXPECT_THROW(WindowLocalizer(*paper, 10), std::invalid_argument);
+	const Atlas of_paper({{"", paper}});
+	EXPECT_THROW(WindowLocalizer(of_paper, 10), std::invalid_argument);
+	EXPECT_THROW(Tracker{of_paper}, std::invalid_argument);
 }
 
 TEST_F(WindowOnTwinRooms, RefusesHypothesesThatAreNoneOfItsMap)

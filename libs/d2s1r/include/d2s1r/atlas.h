@@ -14,8 +14,8 @@ class DefaultLocalizer;
 /// Holds a map of an Atlas.
 struct AtlasMap
 {
-	/// Name of the map in hypotheses. No other map of the atlas has it. It is not empty, does not begin with a dot, and
-	/// holds no slash or control character, so that it can be a part of a file's name.
+	/// Name of the map in hypotheses. No other map of the atlas has it. It is not empty, unless there is one map, does
+	/// not begin with a dot, and holds no slash or control character, so that it can be a part of a file's name.
 	std::string name;
 	std::shared_ptr<const Localizer> localizer;  //!< index of the map, with parameters of its own
 	Prior region = {};                           //!< where in this map the robot may be, map frame
@@ -39,8 +39,8 @@ class Atlas
 {
    public:
 	/// \param maps one or more; the atlas shares their localizers
-	/// \throws std::invalid_argument if there is no map, a name occurs twice or is not allowed, a localizer is null or its method is
-	///         kPaper, or the section `scan` of their parameters, which is about the sensor, differs
+	/// \throws std::invalid_argument if there is no map, a name occurs twice or is not allowed, a localizer is null, the method of
+	///         one of several is kPaper, or the section `scan` of their parameters, which is about the sensor, differs
 	explicit Atlas(std::vector<AtlasMap> maps);
 
 	/// Answers where a scan was taken: Hypothesis::map names the map. It never throws because of the scan.

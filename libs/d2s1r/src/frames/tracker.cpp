@@ -623,19 +623,16 @@ void Tracker::State::suggest(const PoseDensity& robot, const std::string& map)
 }
 
 Tracker::Tracker(const Localizer& localizer, const Prior& prior)
+    : state_(std::make_unique<State>(
+          checked({{"", {&localizer, prior}}}, "Tracker"),
+          [&localizer, prior](const Scan& scan) { return localizer.localize(scan, {prior}); }))
 {
-	if (localizer.parameters().method == Method::kPaper)
-		throw std::invalid_argument("Tracker: the paper's method judges one scan; use method = default");
-	const std::map<std::string, TrackedMap> only = {{"", {&localizer, prior}}};
-	state_ = std::make_unique<State>(
-	    only, [&localizer, prior](const Scan& scan) { return localizer.localize(scan, {prior}); });
 }
 
 Tracker::Tracker(const Atlas& atlas)
+    : state_(std::make_unique<State>(
+          maps_of(atlas, "Tracker"), [&atlas](const Scan& scan) { return atlas.localize(scan); }))
 {
-	std::map<std::string, TrackedMap> maps;
-	for (const AtlasMap& map : atlas.maps()) maps[map.name] = {map.localizer.get(), map.region};
-	state_ = std::make_unique<State>(std::move(maps), [&atlas](const Scan& scan) { return atlas.localize(scan); });
 }
 
 Tracker::~Tracker() = default;

@@ -301,21 +301,31 @@ Localization WindowTracker::add(
 	return result;
 }
 
-WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
+TrackedMaps checked(TrackedMaps maps, const std::string& who)
 {
-	if (localizer.parameters().method == Method::kPaper)
-		throw std::invalid_argument("WindowLocalizer: the paper's method judges one scan; use method = default");
-	const std::map<std::string, TrackedMap> only = {{"", {&localizer, prior}}};
-	tracker_ = std::make_unique<WindowTracker>(only, frames);
-	localize_ = [&localizer, prior](const Scan& scan) { return localizer.localize(scan, {prior}); };
+	for (const auto& [name, map] : maps)
+		if (map.localizer->parameters().method == Method::kPaper)
+			throw std::invalid_argument(who + ": the paper's method judges one scan; use method = default");
+	return maps;
+}
+
+TrackedMaps maps_of(const Atlas& atlas, const std::string& who)
+{
+	TrackedMaps maps;
+	for (const AtlasMap& map : atlas.maps()) maps[map.name] = {map.localizer.get(), map.region};
+	return checked(std::move(maps), who);
+}
+
+WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
+    : tracker_(std::make_unique<WindowTracker>(checked({{"", {&localizer, prior}}}, "WindowLocalizer"), frames)),
+      localize_([&localizer, prior](const Scan& scan) { return localizer.localize(scan, {prior}); })
+{
 }
 
 WindowLocalizer::WindowLocalizer(const Atlas& atlas, int frames)
+    : tracker_(std::make_unique<WindowTracker>(maps_of(atlas, "WindowLocalizer"), frames)),
+      localize_([&atlas](const Scan& scan) { return atlas.localize(scan); })
 {
-	std::map<std::string, TrackedMap> maps;
-	for (const AtlasMap& map : atlas.maps()) maps[map.name] = {map.localizer.get(), map.region};
-	tracker_ = std::make_unique<WindowTracker>(std::move(maps), frames);
-	localize_ = [&atlas](const Scan& scan) { return atlas.localize(scan); };
 }
 
 WindowLocalizer::~WindowLocalizer() = default;

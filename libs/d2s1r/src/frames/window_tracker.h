@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/atlas.h>
 #include <d2s1r/prior.h>
 
 #include <deque>
@@ -19,6 +20,14 @@ struct TrackedMap
 	const Localizer* localizer;
 	Prior prior;  //!< of the robot at every frame
 };
+
+using TrackedMaps = std::map<std::string, TrackedMap>;  //!< by name
+
+/// \throws std::invalid_argument naming `who` follows a robot if the method of a map is kPaper
+TrackedMaps checked(TrackedMaps maps, const std::string& who);
+
+/// Throws as checked() does.
+TrackedMaps maps_of(const Atlas& atlas, const std::string& who);
 
 /// What WindowLocalizer does, with parameters that no application sets. It is implemented in window_localizer.cpp.
 class WindowTracker

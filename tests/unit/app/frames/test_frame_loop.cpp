@@ -24,11 +24,11 @@ class FrameLoop : public test::FolderTest
 		Console console;
 		ProgressBar progress(console, false, 0);
 		const auto reader = logs::open_log(path("in.rawlog")).read();
-		return localize_log(*reader, selection, {localizer_, {}, {}, false, nullptr, threads}, sink, progress);
+		return localize_log(*reader, selection, {atlas_, {}, {}, false, nullptr, threads}, sink, progress);
 	}
 
    private:
-	Localizer localizer_{test::make_map(test::flat())};
+	const Atlas atlas_{std::vector<AtlasMap>{{"", std::make_shared<const Localizer>(test::make_map(test::flat()))}}};
 };
 
 TEST_F(FrameLoop, HandsOnEveryObjectAndBehindItTheFramesOfItsScans)
@@ -182,16 +182,16 @@ class TurningRobotOfALog : public test::FolderTest
 		return greatest;
 	}
 
-	Localizer localizer_{test::make_map(test::flat())};
+	const Atlas atlas_{std::vector<AtlasMap>{{"", std::make_shared<const Localizer>(test::make_map(test::flat()))}}};
 	const logs::SweepTime spin_ = {kSweep * (kBeams - 1) / kBeams, 0};
 };
 
 TEST_F(TurningRobotOfALog, PoseIsThatOfTheStampByTheOdometryBetweenTheBeams)
 {
-	EXPECT_GT(greatest_error({localizer_, {}, {}, false, nullptr, 1}, {}), 0.06);
+	EXPECT_GT(greatest_error({atlas_, {}, {}, false, nullptr, 1}, {}), 0.06);
 	for (const int threads : {1, 2})
 	{
-		Approach moved = {localizer_, {}, {}, false, nullptr, threads};
+		Approach moved = {atlas_, {}, {}, false, nullptr, threads};
 		EXPECT_LT(greatest_error(moved, spin_), 0.02);
 		moved.window = 3;
 		EXPECT_LT(greatest_error(moved, spin_), 0.02);
@@ -208,7 +208,7 @@ TEST_F(TurningRobotOfALog, AnswersThatAreThereAreNotSearchedAgain)
 	const std::map<std::size_t, Localization> answers = {{2, known}};
 	for (const int threads : {1, 2})
 	{
-		Approach approach = {localizer_, {}, {}, false, nullptr, threads};
+		Approach approach = {atlas_, {}, {}, false, nullptr, threads};
 		approach.answers = &answers;
 		const auto frames = frames_of(turning_log(), approach, spin_);
 		ASSERT_EQ(frames.size(), 4U);
@@ -223,7 +223,7 @@ TEST_F(TurningRobotOfALog, WithoutOdometryTheStandardDeviationTellsTheMotion)
 	test::Objects scans;
 	for (const auto& object : turning_log())
 		if (std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(object)) scans.push_back(object);
-	const auto frames = frames_of(scans, {localizer_, {}, {}, false, nullptr, 1}, spin_);
+	const auto frames = frames_of(scans, {atlas_, {}, {}, false, nullptr, 1}, spin_);
 	ASSERT_EQ(frames.size(), 4U);
 	for (const Frame& frame : frames)
 	{
@@ -237,7 +237,7 @@ TEST_F(TurningRobotOfALog, WithoutOdometryTheStandardDeviationTellsTheMotion)
 
 TEST_F(TurningRobotOfALog, TheSinkGetsTheScanThatWasLocalized)
 {
-	frames_of(turning_log(), {localizer_, {}, {}, false, nullptr, 1}, spin_);
+	frames_of(turning_log(), {atlas_, {}, {}, false, nullptr, 1}, spin_);
 	ASSERT_EQ(scans_.size(), 4U);
 	const double stamp = test::kStartTime + 1;
 	test::Laser laser;
@@ -301,7 +301,7 @@ TEST_F(TurningRobotOfALog, TheDriveThatALogShowsOnTheWayCorrectsTheLaser)
 		};
 		Console console;
 		ProgressBar progress(console, false, 0);
-		Approach approach{localizer_, {}, {}, false, nullptr, threads};
+		Approach approach{atlas_, {}, {}, false, nullptr, threads};
 		approach.calibrates = true;
 		const auto reader = logs::read_log(logs::open_log(path("in.rawlog")), "LASER", {});
 		localize_log(*reader, {"LASER", 0, kScans, 1}, approach, sink, progress);
