@@ -311,25 +311,42 @@ RangeScan observation_of(const Ranges& scan)
 	return observation;
 }
 
-/// Returns a sweep of a spinning laser. `poses` has a row (x, y, phi) for each of `times`.
-Sweep sweep_of(double beam_step, double first_beam, const py::object& times, const py::object& poses)
+/// Returns poses with their times. `poses` has a row (x, y, phi) for each of `times`.
+std::vector<TimedPose> timed_poses(const std::string& name, const py::object& times, const py::object& poses)
+{
+	const py::array given_times = checked_array(name + ": times", times, 1);
+	const py::array given_poses = checked_array(name + ": poses", poses, 2);
+	if (given_poses.shape(1) != 3 || given_poses.shape(0) != given_times.size())
+		throw std::invalid_argument(name + ": give an array n x 3, with a row (x, y, phi) for each of the n times");
+	const Doubles all_times(given_times), all_poses(given_poses);
+	const auto time = all_times.unchecked<1>();
+	const auto row = all_poses.unchecked<2>();
+	std::vector<TimedPose> timed;
+	for (py::ssize_t i = 0; i < time.size(); i++) timed.push_back({time(i), {row(i, 0), row(i, 1), row(i, 2)}});
+	for (std::size_t i = 0; i < timed.size(); i++)
+	{
+		const auto& [at, pose] = timed[i];
+		if (!std::isfinite(at + pose.x + pose.y + pose.phi) || (i > 0 && !(at > timed[i - 1].time)))
+			throw std::invalid_argument(name + ": times and poses must be finite, and times increase; correct them");
+	}
+	return timed;
+}
+
+Sweep make_sweep(double beam_step, double first_beam, std::vector<TimedPose> motion)
 {
 	Sweep sweep;
 	sweep.beam_step = beam_step;
 	sweep.first_beam = first_beam;
-	const py::array given_times = checked_array("Sweep: times", times, 1);
-	if (given_times.size() == 0 && poses.is_none()) return sweep;
-	const char* const expected = "Sweep: give poses as an array n x 3, with a row (x, y, phi) for each of the n times";
-	if (poses.is_none()) throw std::invalid_argument(expected);
-	const py::array given_poses = checked_array("Sweep: poses", poses, 2);
-	if (given_poses.shape(1) != 3 || given_poses.shape(0) != given_times.size()) throw std::invalid_argument(expected);
-	const Doubles all_times(given_times), all_poses(given_poses);
-	const auto time = all_times.unchecked<1>();
-	const auto row = all_poses.unchecked<2>();
-	for (py::ssize_t i = 0; i < time.size(); i++) sweep.motion.push_back({time(i), {row(i, 0), row(i, 1), row(i, 2)}});
-	if (!is_usable(sweep, 0))
-		throw std::invalid_argument("Sweep: times and poses must be finite, and times increase; correct them");
+	sweep.motion = std::move(motion);
 	return sweep;
+}
+
+/// Returns a sweep of a spinning laser. `poses` has a row (x, y, phi) for each of `times`.
+Sweep sweep_of(double beam_step, double first_beam, const py::object& times, const py::object& poses)
+{
+	const bool is_unmoved = poses.is_none() && checked_array("Sweep: times", times, 1).size() == 0;
+	return make_sweep(
+	    beam_step, first_beam, is_unmoved ? std::vector<TimedPose>() : timed_poses("Sweep", times, poses));
 }
 
 /// Returns the sweep of a robot that moves by a constant twist for 2 s around time 0, longer than any turn of a laser.
@@ -337,11 +354,7 @@ Sweep sweep_of_twist(double beam_step, std::array<double, 3> twist, double first
 {
 	if (!(std::abs(twist[0]) + std::abs(twist[1]) + std::abs(twist[2]) < HUGE_VAL))
 		throw std::invalid_argument("Sweep: the twist is not finite; give (vx, vy, omega) in m/s and rad/s");
-	Sweep sweep;
-	sweep.beam_step = beam_step;
-	sweep.first_beam = first_beam;
-	sweep.motion = poses_along({twist[0], twist[1], twist[2]}, -1, 1);
-	return sweep;
+	return make_sweep(beam_step, first_beam, poses_along({twist[0], twist[1], twist[2]}, -1, 1));
 }
 
 Prior prior_of(const std::optional<std::array<double, 4>>& region)
@@ -796,27 +809,6 @@ void bind_tracker(py::module_& module)
 	        "'none'.");
 }
 
-/// Returns poses with their times. `poses` has a row (x, y, phi) for each of `times`.
-std::vector<TimedPose> timed_poses(const std::string& name, const py::object& times, const py::object& poses)
-{
-	const py::array given_times = checked_array(name + ": times", times, 1);
-	const py::array given_poses = checked_array(name, poses, 2);
-	if (given_poses.shape(1) != 3 || given_poses.shape(0) != given_times.size())
-		throw std::invalid_argument(name + ": give an array n x 3, with a row (x, y, phi) for each of the n times");
-	const Doubles all_times(given_times), all_poses(given_poses);
-	const auto time = all_times.unchecked<1>();
-	const auto row = all_poses.unchecked<2>();
-	std::vector<TimedPose> timed;
-	for (py::ssize_t i = 0; i < time.size(); i++) timed.push_back({time(i), {row(i, 0), row(i, 1), row(i, 2)}});
-	for (std::size_t i = 0; i < timed.size(); i++)
-	{
-		const auto& [at, pose] = timed[i];
-		if (!std::isfinite(at + pose.x + pose.y + pose.phi) || (i > 0 && !(at > timed[i - 1].time)))
-			throw std::invalid_argument(name + ": times and poses must be finite, and times increase; correct them");
-	}
-	return timed;
-}
-
 py::dict calibrate_of(
     const PyLocalizer& localizer, const std::vector<py::object>& ranges, const py::object& times,
     const py::object& poses, double angle_min, double angle_increment, double max_range,
@@ -826,7 +818,8 @@ py::dict calibrate_of(
 	constexpr std::array<const char*, calibration::kUnknowns> kNames = {
 	    "yaw", "x", "y", "first_beam", "duration", "angle_scale", "range_factor", "way_scale", "turn_scale"};
 	constexpr std::array<const char*, 3> kVerdicts = {"not shown", "as told", "changed"};
-	const auto robots = timed_poses("poses", times, poses), wheels = timed_poses("odometry", odometry_times, odometry);
+	const auto robots = timed_poses("calibrate", times, poses),
+	           wheels = timed_poses("calibrate: odometry", odometry_times, odometry);
 	if (ranges.size() != robots.size()) throw std::invalid_argument("give the ranges of a scan for each of the poses");
 	const auto laser = sensor_pose_of(sensor_pose);
 	calibration::Reading told;

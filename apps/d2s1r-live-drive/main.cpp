@@ -26,7 +26,6 @@ const app::Usage kUsage = {
     "were right. MARKERS.json gets the markers with the most hypotheses.\n\n",
     "", ""};
 
-/// Returns a function that takes a number from `least` up.
 auto number(double& value, double least)
 {
 	return [&value, least](const std::string& text)
@@ -101,10 +100,6 @@ int run(int argc, char** argv)
 	try
 	{
 		std::cout << drive::drive(settings) << std::endl;
-	}
-	catch (const app::UserError&)
-	{
-		throw;
 	}
 	catch (const std::exception& error)
 	{

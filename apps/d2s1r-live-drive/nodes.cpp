@@ -29,7 +29,9 @@ namespace d2s1r::drive
 {
 namespace
 {
+using live::point_to;
 using live::Reader;
+using live::to_stamp;
 using live::Writer;
 using mrpt::poses::CPose2D;
 using Clock = std::chrono::steady_clock;
@@ -46,11 +48,6 @@ live::Time wall_clock()
 	return duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
 }
 
-builtin_interfaces_msg_dds__Time_ to_stamp(live::Time time)
-{
-	return {static_cast<std::int32_t>(time / live::kSecond), static_cast<std::uint32_t>(time % live::kSecond)};
-}
-
 std_msgs_msg_dds__Header_ header_of(live::Time time, std::string& frame)
 {
 	return {to_stamp(time), frame.data()};
@@ -61,14 +58,6 @@ geometry_msgs_msg_dds__Quaternion_ turn_by(double angle)
 	return {0, 0, std::sin(angle / 2), std::cos(angle / 2)};
 }
 
-template <typename Sequence, typename Value>
-void point_to(Sequence& sequence, std::vector<Value>& values)
-{
-	sequence._buffer = values.data();
-	sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
-}
-
-/// A participant of the domain.
 struct Participant
 {
 	explicit Participant(const DriveSettings& settings)
@@ -164,7 +153,6 @@ struct Robot
 	live::Waiter waiter;
 };
 
-/// Takes the messages of a topic, decoded.
 template <typename Decode, typename Use>
 void take(Reader& reader, const Decode& decode, const Use& use)
 {
@@ -225,7 +213,6 @@ class TrackerProcess
 	int count_ = 0;
 };
 
-/// Says how it went.
 struct Result
 {
 	int scans = 0, kidnappings = 0, crashes = 0, right = 0;
@@ -257,7 +244,6 @@ std::string text_of(const visualization_msgs_msg_dds__MarkerArray_& markers)
 	return text + "]\n";
 }
 
-/// A drive that goes on.
 class Drive
 {
    public:

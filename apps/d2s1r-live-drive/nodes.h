@@ -9,7 +9,6 @@
 
 namespace d2s1r::drive
 {
-/// Sets a drive.
 struct DriveSettings
 {
 	std::string map;

@@ -33,7 +33,6 @@ class World
 	/// \throws std::runtime_error if the robot has room nowhere
 	World(Grid grid, const WorldSettings& settings);
 
-	/// Carries the robot to another place.
 	void carry_away();
 
 	/// Lets the robot drive, or turn if something is ahead, for some time [s].

@@ -50,7 +50,6 @@ Qos qos_of(const Quality& quality)
 	return qos;
 }
 
-/// Returns what ROS and DDS call a policy.
 std::string policy_name(std::uint32_t id)
 {
 	static const std::map<std::uint32_t, const char*> names = {
@@ -70,7 +69,6 @@ Entity checked(dds_entity_t handle, const std::string& what)
 	return Entity(handle);
 }
 
-/// Returns a topic, which lives as long as the participant.
 dds_entity_t make_topic(dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& name)
 {
 	const dds_entity_t topic = dds_create_topic(participant, &type, name.c_str(), nullptr, nullptr);
@@ -303,7 +301,6 @@ std::string user_data_of(const dds_qos_t* qos)
 	return text;
 }
 
-/// Fills a message of either layout and writes it.
 template <typename Info, typename Node, typename Gid>
 void write_graph(
     dds_entity_t participant, dds_entity_t writer, std::string name, std::string space,

@@ -17,7 +17,6 @@
 
 namespace d2s1r::live
 {
-/// What is asked for, or offered.
 struct Quality
 {
 	bool reliable = true;
@@ -26,7 +25,6 @@ struct Quality
 	bool ignores_own = false;  //!< whether a reader leaves out what this program publishes
 };
 
-/// Returns the name on the wire of a topic of ROS.
 std::string wire_name(const std::string& topic);
 
 /// An entity that is deleted with its owner.
@@ -84,17 +82,14 @@ class Endpoint
 	std::uint32_t mismatches_ = 0;
 };
 
-/// Names a participant.
 using ParticipantKey = std::array<unsigned char, 16>;
 
-/// How many peers there are, and have been.
 struct Peers
 {
 	int present = 0;
 	int ever = 0;
 };
 
-/// Reads a topic.
 class Reader : public Endpoint
 {
    public:
@@ -114,7 +109,6 @@ class Reader : public Endpoint
 	void take(const std::function<void(ros::Bytes message, std::uint64_t publisher)>& use);
 };
 
-/// Writes a topic.
 class AnyWriter : public Endpoint
 {
    public:
@@ -190,9 +184,6 @@ class Graph
 	/// Tells the peers of these endpoints, if that is safe. Call it once a second.
 	void update(
 	    const Publications& publications, const std::vector<Endpoint*>& readers, const std::vector<Endpoint*>& writers);
-
-	/// Returns the length [byte] of identifiers that is used; 0: the node has no name.
-	int identifier_size() const { return size_; }
 
    private:
 	dds_entity_t participant_;

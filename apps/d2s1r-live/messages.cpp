@@ -10,18 +10,6 @@ namespace d2s1r::live
 {
 namespace
 {
-builtin_interfaces_msg_dds__Time_ to_stamp(Time time)
-{
-	return {static_cast<std::int32_t>(time / kSecond), static_cast<std::uint32_t>(time % kSecond)};
-}
-
-template <typename Sequence, typename Value>
-void point_to(Sequence& sequence, std::vector<Value>& values)
-{
-	sequence._buffer = values.data();
-	sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
-}
-
 geometry_msgs_msg_dds__Pose_ to_message(const mrpt::poses::CPose2D& pose)
 {
 	return {{pose.x(), pose.y(), 0}, {0, 0, std::sin(pose.phi() / 2), std::cos(pose.phi() / 2)}};
@@ -85,6 +73,11 @@ void add_scan(Owned<visualization_msgs_msg_dds__MarkerArray_>& owner, const Scan
 	owner.markers.push_back(points);
 }
 }  // namespace
+
+builtin_interfaces_msg_dds__Time_ to_stamp(Time time)
+{
+	return {static_cast<std::int32_t>(time / kSecond), static_cast<std::uint32_t>(time % kSecond)};
+}
 
 Owned<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> pose_message(
     Time time, const std::string& frame, const mrpt::poses::CPose2D& pose,

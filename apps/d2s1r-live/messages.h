@@ -25,6 +25,15 @@ struct Owned
 	std::vector<diagnostic_msgs_msg_dds__DiagnosticStatus_> statuses;
 };
 
+builtin_interfaces_msg_dds__Time_ to_stamp(Time time);
+
+template <typename Sequence, typename Value>
+void point_to(Sequence& sequence, std::vector<Value>& values)
+{
+	sequence._buffer = values.data();
+	sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
+}
+
 Owned<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> pose_message(
     Time time, const std::string& frame, const mrpt::poses::CPose2D& pose,
     const mrpt::math::CMatrixDouble33& covariance);

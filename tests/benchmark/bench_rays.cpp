@@ -54,8 +54,8 @@ void sweep_all_free_cells(::benchmark::State& state)
 	const int directions = 180;
 	std::vector<std::uint16_t> by_cell(the->cells.size());
 	for ([[maybe_unused]] auto _ : state)
-		sweep_ranges(
-		    the->grid, the->cells, directions, kMaxRange,
+		RangeSweep{the->grid}(
+		    the->cells, directions, kMaxRange,
 		    [&](int, const SweptRanges& ranges)
 		    {
 			    for (std::size_t i = 0; i < by_cell.size(); i++) by_cell[i] = ranges[i];

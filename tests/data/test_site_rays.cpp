@@ -42,8 +42,8 @@ TEST_P(SiteRays, NinetyNinePercentOfSweptRaysAreWithinACell)
 	std::vector<CellIndex> cells;
 	for (std::size_t i = 0; i < free.size(); i += 1 + free.size() / 5000) cells.push_back(free[i]);
 	Check check{RayCaster(grid, kMaxRange)};
-	sweep_ranges(
-	    grid, cells, kDirections, kMaxRange,
+	RangeSweep{grid}(
+	    cells, kDirections, kMaxRange,
 	    [&](int direction, const SweptRanges& ranges)
 	    {
 		    const double angle = 2 * M_PI * direction / kDirections;

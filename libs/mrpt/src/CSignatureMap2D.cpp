@@ -19,6 +19,20 @@ namespace d2s1r
 {
 namespace
 {
+/// Returns whether end points of two observations are the same, by all that they depend on.
+bool are_equal(const mrpt::obs::CObservation2DRangeScan& a, const mrpt::obs::CObservation2DRangeScan& b)
+{
+	const std::size_t n = a.getScanSize();
+	if (n != b.getScanSize() || a.aperture != b.aperture || a.maxRange != b.maxRange || a.deltaPitch != b.deltaPitch ||
+	    a.rightToLeft != b.rightToLeft || a.sensorPose != b.sensorPose)
+		return false;
+	// Ranges are contiguous. Their bytes are compared because NaN ranges are to be equal, too.
+	if (n > 0 && std::memcmp(&a.getScanRange(0), &b.getScanRange(0), n * sizeof(float)) != 0) return false;
+	for (std::size_t i = 0; i < n; i++)
+		if (a.getScanRangeValidity(i) != b.getScanRangeValidity(i)) return false;
+	return true;
+}
+
 /// Keeps the end points of the last observation that was asked for: MRPT's filters pass the same observation for every
 /// particle. Thread-safe.
 class ObservedPoints
@@ -26,81 +40,30 @@ class ObservedPoints
    public:
 	using Points = std::shared_ptr<const std::vector<mrpt::math::TPoint2Df>>;
 
-	/// Starts without an observation. \param most points of one, see end_points()
-	ObservedPoints(const ScanParameters& parameters, int most);
+	/// \param most points of one, see end_points()
+	ObservedPoints(const ScanParameters& parameters, int most) : parameters_(parameters), most_(most)
+	{
+		parameters_.min_beams = 1;  // beams that are too few to localize with can still weigh poses
+	}
 
-	/// Returns the end points of an observation.
-	Points of(const mrpt::obs::CObservation2DRangeScan& observation);
+	Points of(const mrpt::obs::CObservation2DRangeScan& observation)
+	{
+		const std::lock_guard<std::mutex> lock(mutex_);
+		if (points_ && are_equal(last_, observation)) return points_;
+		const Scan scan = make_scan(scan_of(observation), parameters_);
+		points_ = std::make_shared<std::vector<mrpt::math::TPoint2Df>>(
+		    scan.valid() ? end_points(scan, most_) : std::vector<mrpt::math::TPoint2Df>{});
+		last_ = observation;
+		return points_;
+	}
 
    private:
-	/// All parts of an observation that end points depend on.
-	struct Key
-	{
-		std::vector<float> ranges;
-		std::vector<char> valid;
-		float aperture = 0, max_range = 0, delta_pitch = 0;
-		bool right_to_left = true;
-		mrpt::poses::CPose3D sensor_pose;
-	};
-
-	static Key key_of(const mrpt::obs::CObservation2DRangeScan& observation);
-	static bool matches(const Key& key, const mrpt::obs::CObservation2DRangeScan& observation);
-
 	ScanParameters parameters_;
 	int most_;
 	std::mutex mutex_;
-	Key key_;
+	mrpt::obs::CObservation2DRangeScan last_;
 	Points points_;
 };
-
-ObservedPoints::ObservedPoints(const ScanParameters& parameters, int most) : parameters_(parameters), most_(most)
-{
-	parameters_.min_beams = 1;  // beams that are too few to localize with can still weigh poses
-}
-
-ObservedPoints::Key ObservedPoints::key_of(const mrpt::obs::CObservation2DRangeScan& observation)
-{
-	Key key{
-	    {},
-	    {},
-	    observation.aperture,
-	    observation.maxRange,
-	    static_cast<float>(observation.deltaPitch),
-	    observation.rightToLeft,
-	    observation.sensorPose};
-	for (std::size_t i = 0; i < observation.getScanSize(); i++)
-	{
-		key.ranges.push_back(observation.getScanRange(i));
-		key.valid.push_back(observation.getScanRangeValidity(i) ? 1 : 0);
-	}
-	return key;
-}
-
-bool ObservedPoints::matches(const Key& key, const mrpt::obs::CObservation2DRangeScan& observation)
-{
-	const std::size_t n = observation.getScanSize();
-	if (n != key.ranges.size() || observation.aperture != key.aperture || observation.maxRange != key.max_range ||
-	    static_cast<float>(observation.deltaPitch) != key.delta_pitch || observation.rightToLeft != key.right_to_left ||
-	    observation.sensorPose != key.sensor_pose)
-		return false;
-	if (n == 0) return true;
-	// Ranges are contiguous. Their bytes are compared because NaN ranges are to be equal, too.
-	if (std::memcmp(&observation.getScanRange(0), key.ranges.data(), n * sizeof(float)) != 0) return false;
-	for (std::size_t i = 0; i < n; i++)
-		if (observation.getScanRangeValidity(i) != (key.valid[i] != 0)) return false;
-	return true;
-}
-
-ObservedPoints::Points ObservedPoints::of(const mrpt::obs::CObservation2DRangeScan& observation)
-{
-	const std::lock_guard<std::mutex> lock(mutex_);
-	if (points_ && matches(key_, observation)) return points_;
-	const Scan scan = make_scan(scan_of(observation), parameters_);
-	points_ = std::make_shared<std::vector<mrpt::math::TPoint2Df>>(
-	    scan.valid() ? end_points(scan, most_) : std::vector<mrpt::math::TPoint2Df>{});
-	key_ = key_of(observation);
-	return points_;
-}
 
 /// Finds out whether an empty map is weighed by. Mappers weigh the first scans by the map that they then insert these
 /// into; a map that is still empty for a scan of a later time never got its cells, and a filter would run blind.
@@ -125,7 +88,6 @@ class ScansOfEmptyMap
 	std::optional<mrpt::Clock::time_point> first_;
 };
 
-/// Computes the FNV-1a hash of bytes.
 class Fnv1a
 {
    public:

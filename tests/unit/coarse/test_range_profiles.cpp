@@ -36,8 +36,8 @@ class OnFloor : public testing::Test
 		const auto directions = static_cast<std::size_t>(profiles_.directions);
 		const std::vector<CellIndex> positions(profiles_.cells.begin(), profiles_.cells.end());
 		std::vector<std::uint8_t> swept(positions.size() * directions);
-		sweep_ranges(
-		    grid_, positions, profiles_.directions, profiles_.max_range,
+		RangeSweep{grid_}(
+		    positions, profiles_.directions, profiles_.max_range,
 		    [&](int direction, const SweptRanges& ranges)
 		    {
 			    for (std::size_t i = 0; i < positions.size(); i++)

@@ -16,8 +16,8 @@ std::vector<std::uint16_t> sweep_all(
     const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range)
 {
 	std::vector<std::uint16_t> swept;
-	sweep_ranges(
-	    grid, cells, directions, max_range,
+	RangeSweep{grid}(
+	    cells, directions, max_range,
 	    [&](int direction, const SweptRanges& ranges)
 	    {
 		    EXPECT_EQ(static_cast<std::size_t>(direction) * cells.size(), swept.size());

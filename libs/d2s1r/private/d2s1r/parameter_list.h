@@ -77,14 +77,9 @@ void visit_paper(P& paper, const Visitor& visit)
 }
 
 template <class P, class Visitor>
-void visit_range_profiles(P& coarse, const Visitor& visit)
+void visit_coarse_search(P& coarse, const Visitor& visit)
 {
 	visit("spacing", coarse.spacing, 0.01, 10.0, "[m] distance between neighbouring sample positions");
-}
-
-template <class P, class Visitor>
-void visit_overview_search(P& coarse, const Visitor& visit)
-{
 	visit(
 	    "overview_missing_by_chance", coarse.overview_missing_by_chance, 0.0, 1e6,
 	    "[-] times the square root of the number of beams: a group is searched only if at most this many more beams "
@@ -92,11 +87,6 @@ void visit_overview_search(P& coarse, const Visitor& visit)
 	visit(
 	    "max_pairs", coarse.max_pairs, 1, 1000000,
 	    "[-] maximum number of pairs (group of positions, yaw) that are compared beam by beam");
-}
-
-template <class P, class Visitor>
-void visit_profile_search(P& coarse, const Visitor& visit)
-{
 	visit(
 	    "truncation", coarse.truncation, 1, 100,
 	    "[step: 3 cm near the sensor, 1.2 m at 80 m; in the overview twice that] greatest difference of quantized "
@@ -106,14 +96,6 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 	    "margin", coarse.margin, 0.0, 1e6,
 	    "[step, in the overview twice that] times the square root of the number of beams: pairs whose beams cost this "
 	    "much more in total than those of the best pair are dropped");
-}
-
-template <class P, class Visitor>
-void visit_coarse_search(P& coarse, const Visitor& visit)
-{
-	visit_range_profiles(coarse, visit);
-	visit_overview_search(coarse, visit);
-	visit_profile_search(coarse, visit);
 }
 
 template <class P, class Visitor>

@@ -39,7 +39,6 @@ class BeamTracer
 	{
 	}
 
-	/// Makes an empty one.
 	BeamTracer() = default;
 
 	/// Follows all `beams` of a sensor at `sensor` (in map, m and rad). Every kind of SIMD gives the same result.
@@ -57,7 +56,6 @@ class BeamTracer
 		return map_.may_stand(sensor.x, sensor.y, kBesideFree, reading_);
 	}
 
-	/// Returns the cells that beams are followed through.
 	const SkipMap& map() const { return map_; }
 
    private:

@@ -42,7 +42,6 @@ class DistanceField
 	/// Computes the distances of a reading of `map`: see BeamTracer.
 	DistanceField(const SkipMap& map, int reading, double tolerance);
 
-	/// Makes an empty one, for fields() to read into.
 	DistanceField() = default;
 
 	/// Returns the distance at (x, y) [m, map frame]; far outside of the grid it is the greatest one, with no gradient.
@@ -64,7 +63,6 @@ class DistanceField
 		return std::max(std::sqrt(number), kCellsOfCode0 + kCellsPerCode * number);
 	}
 
-	/// Lists what an index file holds of the field.
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{

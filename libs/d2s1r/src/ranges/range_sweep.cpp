@@ -20,7 +20,6 @@ namespace HWY_NAMESPACE
 namespace hn = hwy::HWY_NAMESPACE;
 const hn::CappedTag<std::uint16_t, kPhases> kLanes;
 
-/// The runs of one column.
 struct Runs
 {
 	const Run* begin_;
@@ -136,7 +135,7 @@ HWY_EXPORT(sweep_columns);
 int max_range_units(const Grid& grid, double max_range)
 {
 	if (max_range / grid.cell_size > kMostSweptCells)
-		throw std::invalid_argument("sweep_ranges: max_range is above 4000 cells");
+		throw std::invalid_argument("RangeSweep: max_range is above 4000 cells");
 	return static_cast<int>(max_range / grid.cell_size * kRangeUnitsPerCell);
 }
 
@@ -166,13 +165,6 @@ void RangeSweep::operator()(
 		sweep(direction.along_x ? layout_.along_x : layout_.along_y, direction, limit, hits, ranges.data());
 		sink(i, {ranges.data(), (direction.along_x ? along_x : along_y).ranks.data()});
 	}
-}
-
-void sweep_ranges(
-    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink)
-{
-	RangeSweep map(grid);
-	map(cells, directions, max_range, sink);
 }
 }  // namespace d2s1r
 #endif  // HWY_ONCE

@@ -24,7 +24,7 @@ struct SweptRanges
 	std::uint16_t operator[](std::size_t i) const { return in_sweep_order[ranks[i]]; }
 };
 
-/// Takes the ranges of one direction. It is called once per direction, in the thread of sweep_ranges(); the ranges are
+/// Takes the ranges of one direction. It is called once per direction, in the thread of the sweep; the ranges are
 /// valid during the call only.
 using RangeSink = std::function<void(int direction, const SweptRanges& ranges)>;
 
@@ -34,7 +34,6 @@ using RangeSink = std::function<void(int direction, const SweptRanges& ranges)>;
 class RangeSweep
 {
    public:
-	/// Finds the obstacles of `grid`.
 	explicit RangeSweep(const Grid& grid);
 
 	/// Finds the ranges from the centre of every cell in `cells` along `directions` equally spaced directions
@@ -48,10 +47,6 @@ class RangeSweep
 	Grid grid_;  //!< without its cells
 	SweepLayout layout_;
 };
-
-/// Does one sweep over a map: see RangeSweep.
-void sweep_ranges(
-    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink);
 
 /// Returns `max_range` [m] in units of cell_size / kRangeUnitsPerCell.
 /// \throws std::invalid_argument if 16 bits of distance cannot hold it

@@ -45,7 +45,6 @@ struct Map
 	}
 };
 
-/// Returns the skip distances [cells] of cells.
 HWY_INLINE Floats skips_of(Ints cells)
 {
 	constexpr int kLastOpen = (SkipMap::kFirstOfWalls << (8 - SkipMap::kKindBits)) - 1;

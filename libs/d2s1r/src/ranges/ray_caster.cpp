@@ -30,7 +30,6 @@ HWY_INLINE Floats skip_at(const Map& map, const Axis& u, const Axis& v)
 	return hn::IfThenElseZero(hn::RebindMask(kFloats, is_open), skips_of(cells));
 }
 
-/// Returns which rays are in the margin.
 HWY_INLINE Mask is_in_margin(const Map& map, const Axis& u, const Axis& v)
 {
 	return hn::Or(
@@ -120,7 +119,6 @@ struct Axis
 		return (step > 0 ? cell + skip - start : cell + 1 - skip - start) * inverse;
 	}
 
-	/// Moves the ray across that edge.
 	void leave(int skip) { cell += step > 0 ? skip : -skip; }
 
 	/// Moves the ray to `length` [cells], but less than `skip` cells.

@@ -32,7 +32,6 @@ class RayCaster
 	/// \param max_range [m] of a ray
 	RayCaster(const Grid& grid, double max_range) : RayCaster(make_skip_map(grid), max_range) {}
 
-	/// Makes an empty one, for fields() to read into.
 	RayCaster() = default;
 
 	/// Returns the distance [m] from (x, y) [m, map frame] along `angle` [rad] to the near side of the first occupied
@@ -48,7 +47,6 @@ class RayCaster
 	/// Writes a virtual scan into `ranges`, without allocation if that was large enough once.
 	void scan(double x, double y, int directions, std::vector<float>& ranges) const;
 
-	/// Lists what an index file holds of the caster.
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{

@@ -76,7 +76,6 @@ SkipMap make_skip_map(const Grid& grid, const std::vector<CellIndex>& furniture)
 
 namespace
 {
-/// Returns the kind of a cell of these classes in both readings.
 std::uint8_t kind_of(std::uint8_t in_drawn, std::uint8_t in_deeper)
 {
 	const auto& all = SkipMap::kClasses;
@@ -85,7 +84,6 @@ std::uint8_t kind_of(std::uint8_t in_drawn, std::uint8_t in_deeper)
 	return static_cast<std::uint8_t>(kind - all.begin());
 }
 
-/// Sets the kinds of all cells inside of the margin.
 void set_kinds(const SkipMap& map, const Grid& drawn, const Grid& deeper, AlignedBytes& kinds)
 {
 	std::array<std::array<std::uint8_t, 3>, 3> by_classes{};
@@ -101,7 +99,6 @@ void set_kinds(const SkipMap& map, const Grid& drawn, const Grid& deeper, Aligne
 	}
 }
 
-/// Turns walls into furniture.
 void set_furniture(const SkipMap& map, const Grid& drawn, const std::vector<CellIndex>& furniture, AlignedBytes& kinds)
 {
 	const auto as_furniture = [](std::uint8_t of) { return of == SkipMap::kWall ? SkipMap::kFurniture : of; };

@@ -82,13 +82,11 @@ struct SkipMap
 		return all;
 	}
 
-	/// Returns the position of a cell in `cells`.
 	std::size_t index(int column, int row) const
 	{
 		return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
 	}
 
-	/// Returns whether a cell is inside of the margin.
 	bool is_inside(int column, int row) const
 	{
 		return column > 0 && row > 0 && column < width - 1 && row < height - 1;
@@ -104,7 +102,6 @@ struct SkipMap
 	/// `beside` [m], along each axis, from one that no wall separates it from in a reading.
 	bool may_stand(double x, double y, double beside, int reading) const;
 
-	/// Lists what an index file holds of the map.
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{

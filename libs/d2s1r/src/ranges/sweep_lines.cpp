@@ -12,7 +12,6 @@ namespace
 {
 constexpr double kTouch = 1e-9;  //!< [lines] so that rounding does not decide on which side a line passes a corner
 
-/// Turns a number of columns into units of distance.
 std::uint16_t to_units(double columns)
 {
 	return static_cast<std::uint16_t>(std::lround(columns * kRangeUnitsPerCell));

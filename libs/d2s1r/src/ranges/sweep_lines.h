@@ -23,7 +23,6 @@ struct SweepDirection
 	bool backwards;  //!< whether rays run towards lower columns
 	double slope;    //!< [rows / column] in the sense of the ray, in [-1, 1]
 
-	/// Makes the direction that points at `angle` [rad].
 	explicit SweepDirection(double angle)
 	{
 		const double dx = std::cos(angle), dy = std::sin(angle);
@@ -55,10 +54,8 @@ class LineFamily
 	/// Makes the lines that cross a grid. \param slope [rows / column]
 	LineFamily(double slope, int columns, int rows);
 
-	/// Returns the number of lines.
 	std::size_t size() const { return size_; }
 
-	/// Returns where the lines cross a column.
 	ColumnCrossing crossing(int column) const;
 
    private:
@@ -69,14 +66,12 @@ class LineFamily
 	std::size_t size_;      //!< lines that cross the grid
 };
 
-/// Consecutive rows of one column.
 struct Run
 {
 	std::int32_t row = 0;
 	std::int32_t length = 0;
 };
 
-/// Runs of rows, column by column.
 struct ColumnRuns
 {
 	std::vector<Run> runs;                  //!< by column, then by row
@@ -102,7 +97,6 @@ struct SweepLayout
 	SweepLines along_y;
 };
 
-/// Cells along one axis.
 struct PlacedCells
 {
 	ColumnRuns runs;

@@ -151,7 +151,6 @@ class PiecesOfWall
 		piece_.push_back(cell);
 	}
 
-	/// Adds what belongs to the piece around one of its cells.
 	void extend(int column, int row)
 	{
 		left_ = std::min(left_, column), right_ = std::max(right_, column), top_ = std::max(top_, row);

@@ -7,7 +7,6 @@
 
 namespace d2s1r
 {
-/// How a map draws its walls.
 struct WallMeasure
 {
 	/// [m] Thickness that three of ten pieces of wall do not exceed, among those with free space on both sides; 0 if
