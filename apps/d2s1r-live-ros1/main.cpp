@@ -179,7 +179,6 @@ class Node
 		return message;
 	}
 
-	/// Hands over the messages of a topic.
 	template <typename Message, typename Decode, typename Use>
 	::ros::Subscriber subscribe(const std::string& topic, std::uint32_t depth, const Decode& decode, const Use& use)
 	{

@@ -35,7 +35,6 @@ std::string range_of_discovery()
 	return "SUBNET";
 }
 
-/// Returns the peers of ROS_STATIC_PEERS as Cyclone DDS has them. \throws UserError (kWrongUse)
 std::string static_peers()
 {
 	std::string peers;

@@ -8,7 +8,6 @@
 
 namespace d2s1r::live
 {
-/// How peers are found.
 struct Discovery
 {
 	/// Configurations of Cyclone DDS, of which the first that it accepts is used. An empty text changes nothing.

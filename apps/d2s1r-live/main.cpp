@@ -54,7 +54,6 @@ class Console
    public:
 	Console() : out_(std::cout.rdbuf(nullptr)), err_(std::cerr.rdbuf(nullptr)) { std::clog.rdbuf(nullptr); }
 
-	/// \throws NobodyReads, UserError (kBadOutput)
 	void print(const std::string& text)
 	{
 		errno = 0;

@@ -18,7 +18,6 @@ constexpr const char* kAssigned = ":=";
 	throw app::UserError(app::kWrongUse, word, what);
 }
 
-/// Returns "NAME" and "VALUE" of "NAME:=VALUE".
 std::pair<std::string, std::string> parse_assignment(const std::string& flag, const std::string& text)
 {
 	const auto at = text.find(kAssigned);
@@ -92,7 +91,6 @@ void take_file(const YAML::Node& root, const std::string& path, const Names& nam
 			take_parameters(item.second, "", parameters);
 }
 
-/// The arguments while they are read.
 class ArgumentReader
 {
    public:

@@ -22,7 +22,6 @@ class Names
 	/// Adds a rule. Both of its sides may be relative.
 	void add_rule(std::string from, std::string to) { rules_.emplace_back(std::move(from), std::move(to)); }
 
-	/// Returns the full name of the node.
 	std::string full() const { return (space == "/" ? "" : space) + "/" + node; }
 
    private:
@@ -38,7 +37,6 @@ struct Parameter
 	std::vector<std::string> values;
 };
 
-/// A command line, taken apart.
 struct RosArguments
 {
 	std::vector<std::string> words;  //!< that are the program's own

@@ -21,7 +21,6 @@ namespace d2s1r::app
 {
 namespace
 {
-/// Says that the run was interrupted. \param done [-] number of frames
 void say_interrupted(const RunReport& report, std::size_t done, Console& console)
 {
 	const std::string& folder = report.command.output.folder;
@@ -63,7 +62,6 @@ ExitStatus conclude(const RunReport& report, std::size_t done, const std::string
 	return kDone;
 }
 
-/// Says what is wrong with a scan for the method that is used.
 std::vector<std::string> doubts_about_scan(const RangeScan& scan, const Parameters& parameters)
 {
 	constexpr double kFullCircle = 350;  // [deg]
@@ -117,7 +115,6 @@ GroundTruth poses_of(
 	return std::move(found.poses);
 }
 
-/// Returns no value if no tracker is to be judged.
 std::optional<TrackerCheck> tracker_check_of(
     const LogRequest& request, const std::string& label, const logs::LogSurvey& survey, Console& console)
 {
@@ -162,7 +159,6 @@ LoopResult localize_frames(
 	return loop;
 }
 
-/// Completes the report and writes the files.
 void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop, const GroundTruth& truth)
 {
 	if (report.command.log.is_live())  // only now it is known
@@ -255,7 +251,6 @@ DriveCalibration calibrate_lasers(
 	return chosen;
 }
 
-/// Goes from the log and the maps to all outputs.
 ExitStatus localize(
     CommandLine command, const std::vector<MapSource>& sources, const Parameters& parameters, Console& console)
 {
@@ -315,7 +310,6 @@ ExitStatus localize(
 	return finish(log, selection, truth, loop, report, outputs ? &*outputs : nullptr, console);
 }
 
-/// Looks for mistakes only, or for what the drive shows of the laser.
 ExitStatus diagnose_only(CommandLine command, const MapSource& source, Console& console)
 {
 	const logs::Log log = open_log(command.log, {});  // it is not live

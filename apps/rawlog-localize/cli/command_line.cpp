@@ -272,7 +272,6 @@ void check_complete(const CommandLine& command)
 		wrong("--output", "missing; name the folder to write to");
 }
 
-/// Checks that the options go with a log that is still being written.
 void check_live(const LogRequest& log, const OutputRequest& output)
 {
 	if (log.follow && log.file == logs::kStandardInput)
@@ -286,7 +285,6 @@ void check_live(const LogRequest& log, const OutputRequest& output)
 			wrong(option, "'" + name + "' is of a recording of ROS, but a live log is a rawlog; name a file of poses");
 }
 
-/// Checks that nothing asks for files if there is no folder for them.
 void check_without_folder(const CommandLine& command)
 {
 	if (!command.output.folder.empty()) return;
@@ -305,7 +303,6 @@ void check_saved_map(const std::string& file)
 		wrong("--save-map", "'" + file + "' would be read back as an image or yaml; name it FILE.signaturemap");
 }
 
-/// Checks that an image has a resolution, and that no other map has one.
 void check_image(const MapRequest& map)
 {
 	if (is_image_name(map.name()) == map.image.has_value()) return;

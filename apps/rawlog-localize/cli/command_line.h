@@ -26,7 +26,6 @@ inline constexpr const char* kTopicPrefix = "topic:";
 /// Starts it if it names a frame of the log, in which the transforms tell where the robot was.
 inline constexpr const char* kFramePrefix = "tf:";
 
-/// The maps to localize in.
 struct MapRequest
 {
 	std::vector<std::string> files;      //!< maps, or one atlas: see read_atlas()
@@ -61,14 +60,12 @@ struct LogRequest
 	std::string check;         //!< poses of a tracker that is judged; empty: there is none
 	WatchSettings watch;
 
-	/// Returns whether the log is read while it is being written.
 	bool is_live() const { return follow || file == logs::kStandardInput; }
 
 	/// Returns the log as messages name it.
 	std::string name() const { return file == logs::kStandardInput ? "standard input" : file; }
 };
 
-/// How scans are localized.
 struct SearchRequest
 {
 	std::string config;                         //!< empty: default parameters
@@ -83,7 +80,6 @@ struct SearchRequest
 	std::string plugins;                        //!< comma-separated modules
 };
 
-/// What is written and printed.
 struct OutputRequest
 {
 	std::string folder;        //!< empty: none
@@ -107,7 +103,6 @@ struct CommandLine
 	std::vector<std::string> words;            //!< as they were given
 	std::map<std::string, std::string> given;  //!< text by the long name of each option that was given
 
-	/// Returns whether only a configuration file is to be written.
 	bool only_writes_config() const { return map.files.empty() && log.file.empty() && output.folder.empty(); }
 };
 

@@ -42,7 +42,6 @@ class Console
 	/// Says lines about a file, unless the user wants to read errors only.
 	void note(const std::string& file, const std::vector<std::string>& lines);
 
-	/// From now on only errors are said.
 	void be_quiet() { quiet_ = true; }
 
 	bool is_quiet() const { return quiet_; }
@@ -138,6 +137,5 @@ auto read_interruptibly(const std::string& file, Read read)
 /// once. A signal that was ignored before is still ignored.
 void catch_signals();
 
-/// Returns whether one of these signals has come.
 bool interrupted();
 }  // namespace d2s1r::app

@@ -12,7 +12,6 @@
 
 namespace d2s1r::app
 {
-/// What a diagnosis found out.
 struct Diagnosis
 {
 	std::size_t tried = 0;            //!< [-] scans, evenly spread over the selected ones

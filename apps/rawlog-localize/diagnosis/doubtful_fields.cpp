@@ -23,7 +23,6 @@ Mistake mistake_of_angles(const logs::OtherAngles& other)
 	return mistake;
 }
 
-/// Returns the greatest finite reading [m] of the samples; 0 if there is none.
 double greatest_reading(const std::vector<Sample>& samples)
 {
 	double greatest = 0;
@@ -109,7 +108,6 @@ std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optio
 
 namespace
 {
-/// Returns what keeps a scan of the log from being used.
 ScanDefect defect_of(const LoggedScan& scan, const ScanParameters& parameters)
 {
 	if (scan.unusable.text.empty()) return d2s1r::defect_of(*scan.observation, parameters, scan.sweep);
@@ -146,7 +144,6 @@ bool are_flags_doubtful(const std::vector<Sample>& samples)
 	return beams > 0 && 2 * flagged_distances > beams;
 }
 
-/// Says what to do about scans that cannot be used.
 std::string what_to_do(ScanDefect defect, const std::vector<Sample>& samples)
 {
 	const double greatest = greatest_reading(samples);
@@ -174,7 +171,6 @@ std::string what_to_do(ScanDefect defect, const std::vector<Sample>& samples)
 	return "check the log";
 }
 
-/// Scans that cannot be used for the same reason.
 struct Refused
 {
 	ScanDefect defect = ScanDefect::kNone;

@@ -17,7 +17,6 @@ namespace
 constexpr std::size_t kScans = 20;              // [-] that are tried
 constexpr std::size_t kMostBytes = 32'000'000;  // [byte] of these, more or less by one scan
 
-/// Reads the samples from a log.
 class SampleReader
 {
    public:
@@ -116,7 +115,6 @@ ros::Overrides with_max_range(float range)
 	return overrides;
 }
 
-/// What the readings of the samples look like.
 struct Readings
 {
 	std::vector<float> ranges;  //!< [m] finite ones above 0, by increasing range

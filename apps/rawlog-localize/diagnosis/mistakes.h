@@ -13,14 +13,12 @@
 
 namespace d2s1r::app
 {
-/// A scan of the log.
 struct Sample
 {
 	LoggedScan scan;
 	double middle_angle;  //!< [rad] see RawlogObject
 };
 
-/// Scans of a log that are tried.
 struct Samples
 {
 	std::vector<Sample> chosen;                         //!< of the laser that is localized
@@ -30,7 +28,6 @@ struct Samples
 /// Reads 20 of the selected scans, evenly spread over them, and as many of each other laser.
 Samples read_samples(logs::LogReader& reader, const logs::LogSurvey& survey, const FrameSelection& selection);
 
-/// A mistake that may have been made.
 struct Mistake
 {
 	std::string what;             //!< goes on after "17 of 20 scans fit, instead of 2, if "

@@ -12,7 +12,6 @@
 
 namespace d2s1r::app
 {
-/// What became of scans under a mistake.
 struct Trial
 {
 	std::vector<Localization> answers;
@@ -22,7 +21,6 @@ struct Trial
 		return static_cast<std::size_t>(std::count_if(
 		    answers.begin(), answers.end(), [](const Localization& a) { return a.status == Status::kLocalized; }));
 	}
-	/// Returns the number of scans that cannot be used.
 	std::size_t invalid() const
 	{
 		return static_cast<std::size_t>(std::count_if(
@@ -38,7 +36,6 @@ struct Trial
 	}
 };
 
-/// Localizes samples under mistakes.
 class Tester
 {
    public:

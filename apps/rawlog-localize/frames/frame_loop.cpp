@@ -121,7 +121,6 @@ class ItemReader
 	/// Returns the number of scans of the sensor seen so far.
 	std::size_t scans() const { return scans_; }
 
-	/// Returns LoopResult::other_labels.
 	const std::set<std::string>& other_labels() const { return other_labels_; }
 
 	/// Returns the time [s] that reading took so far.
@@ -147,7 +146,6 @@ class Follower
 		begin();
 	}
 
-	/// Begins anew.
 	void begin()
 	{
 		if (approach_.window) window_.emplace(approach_.atlas, *approach_.window);
@@ -165,16 +163,13 @@ class Follower
 			if (!is_enough_) follow(job, item.object.middle_angle);
 	}
 
-	/// Returns whether the sink wants no more frames.
 	bool is_enough() const { return is_enough_; }
 
-	/// Returns the number of frames handed on so far.
 	std::size_t frames() const { return frames_; }
 
 	/// Returns the time [s] that the sink took so far.
 	double writing_seconds() const { return 1e-3 * writing_ms_; }
 
-	/// Returns what was left out of the scans followed so far.
 	const LeftOutReadings& left_out() const { return left_out_; }
 
 	/// Returns what the scans followed so far tell of the odometry.

@@ -46,7 +46,6 @@ class Writer
 	SpillFile& file_;
 };
 
-/// Reads values from the file.
 class Reader
 {
    public:

@@ -11,7 +11,6 @@ namespace d2s1r::app
 {
 using ScanPtr = std::shared_ptr<const logs::RecordedScan>;
 
-/// Holds a scan as the log has it.
 struct LoggedScan
 {
 	ScanPtr observation;

@@ -14,7 +14,6 @@ namespace d2s1r::app
 {
 namespace
 {
-/// Refuses what is about one map.
 void check_atlas(const CommandLine& command)
 {
 	const auto refuse = [](const char* option, const char* why)

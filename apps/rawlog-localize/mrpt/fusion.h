@@ -15,7 +15,6 @@
 
 namespace d2s1r::app
 {
-/// Whether this build has the part.
 extern const bool kHasMrpt;
 
 /// Loads the modules of --plugins. For --fuse it also loads the module with the particle filter, if none of the others

@@ -12,7 +12,6 @@
 
 namespace d2s1r::app
 {
-/// The files of a run in MRPT's formats.
 class MrptFiles
 {
    public:
@@ -28,7 +27,6 @@ class MrptFiles
 	virtual void finish(const OccupancyMap& map) = 0;
 	/// Writes scene.3Dscene. \param names of the maps on a sheet; empty if there is one map
 	virtual void draw(const DrawnFrames& frames, const Grid& grid, const std::vector<MapName>& names) = 0;
-	/// Gives the finished files their names.
 	virtual void commit() = 0;
 };
 

@@ -55,7 +55,6 @@ unsigned long long fingerprint_of(const Localizer& localizer)
 	return XXH3_64bits_withSeed(map.cells.data(), map.cells.size(), XXH3_64bits(text.data(), text.size()));
 }
 
-/// Returns what is known of a map.
 Json json_of(const IndexedMap& indexed)
 {
 	const Grid& grid = indexed.localizer->grid();
@@ -80,7 +79,6 @@ Json json_of(const IndexedMap& indexed)
 
 namespace
 {
-/// Returns where the laser is on the robot, and who says so.
 Json mounting_of(const RunReport& report)
 {
 	const auto described = [](const std::optional<mrpt::poses::CPose3D>& pose, const std::string& source)

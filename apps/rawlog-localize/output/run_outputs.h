@@ -21,7 +21,6 @@
 
 namespace d2s1r::app
 {
-/// A file of a run.
 struct NamedFile
 {
 	std::string path;
@@ -89,7 +88,6 @@ class RunOutputs
 	void add(const Frame& frame, const ScanPtr& scan);
 	ReportHtml& page() { return page_; }
 
-	/// Writes the file of --save-map, if there is one.
 	void save_map(const OccupancyMap& map, const Parameters& parameters);
 
 	/// Writes all files that tell of the whole run, removes those of an earlier run from the folder and gives the new

@@ -100,7 +100,6 @@ Json odometry_of(const OdometryEstimate& odometry)
 	        {"motions", odometry.motions},     {"is_relied_on", odometry.is_relied_on}};
 }
 
-/// Tells what is wrong with the odometry, if it is known.
 void print_odometry(const OdometryEstimate& odometry, const std::string& replaced, std::ostream& out)
 {
 	if (!replaced.empty()) out << mrpt::format("%-12s%s\n", "odometry", replaced.c_str());
@@ -114,7 +113,6 @@ void print_odometry(const OdometryEstimate& odometry, const std::string& replace
 		out << mrpt::format("%-12sthe last scans contradict the odometry; the program does not use it\n", "odometry");
 }
 
-/// Tells that the ground truth is that of another frame, if it is.
 void print_constant_offset(const std::vector<Match>& matches, std::ostream& out)
 {
 	const auto constant = find_constant_offset(matches);
@@ -206,7 +204,6 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 		    report.truth_lines - report.matches.size(), report.truth_lines);
 }
 
-/// Prints where the robot was when it was localized first.
 void print_first_pose(const RunReport& report, std::ostream& out)
 {
 	for (const KeptFrame& frame : report.frames.kept())
@@ -219,7 +216,6 @@ void print_first_pose(const RunReport& report, std::ostream& out)
 	}
 }
 
-/// Returns a path as a word of a shell.
 std::string shell_word(const std::string& path)
 {
 	const char* const plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-+,:@%";
@@ -229,7 +225,6 @@ std::string shell_word(const std::string& path)
 	return quoted + "'";
 }
 
-/// Prints what was written, and how to look at it.
 void print_written(const RunReport& report, std::ostream& out)
 {
 	const std::string& folder = report.command.output.folder;
@@ -270,7 +265,6 @@ void print_tracker(const RunReport& report, std::ostream& out)
 	out << '\n';
 }
 
-/// Prints how many frames with ground truth are right.
 void print_successes(const std::array<std::size_t, 2>& successes, std::size_t matches, std::ostream& out)
 {
 	for (std::size_t i = 0; i < kTolerances.size(); i++)
@@ -320,7 +314,6 @@ Json index_of(const std::string& file, const IndexUse& use)
 	return json;
 }
 
-/// Returns what there is to tell of each map of an atlas, by its name.
 Json maps_of(const RunReport& report)
 {
 	auto counts = count_maps(report.frames);
@@ -346,7 +339,6 @@ std::string use_of_index(const RunReport& report)
 	return (loaded == 1 ? ", loaded from " : ", saved in ") + report.command.map.index;
 }
 
-/// Prints in which maps of an atlas the frames are.
 void print_maps(const RunReport& report, std::ostream& out)
 {
 	const char* word = "map";

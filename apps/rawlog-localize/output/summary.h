@@ -16,7 +16,6 @@ void write_summary_json(const RunReport& report, TextFile& file);
 /// and what the inputs measured.
 void write_run_json(const RunReport& report, TextFile& file);
 
-/// Prints how many scans fit, and what is advised.
 void print_diagnosis(const Diagnosis& diagnosis, std::ostream& out);
 
 /// Prints the short table at the end of a run.

@@ -12,7 +12,6 @@ struct _cairo;
 
 namespace d2s1r::app
 {
-/// A colour on paper.
 struct Color
 {
 	std::uint8_t red, green, blue;

@@ -10,7 +10,6 @@ namespace d2s1r::app
 {
 namespace
 {
-/// A map on a sheet.
 struct OnSheet
 {
 	const Grid* grid;
@@ -20,7 +19,6 @@ struct OnSheet
 	double height() const { return grid->height * grid->cell_size; }
 };
 
-/// Maps on a sheet, by name.
 struct Placed
 {
 	std::map<std::string, OnSheet> maps;

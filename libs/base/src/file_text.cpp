@@ -26,7 +26,6 @@ namespace
 	throw std::runtime_error(std::string("cannot be read (") + std::strerror(error) + "); " + advice);
 }
 
-/// An open file, or a negative number.
 class Descriptor
 {
    public:

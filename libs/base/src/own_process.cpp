@@ -169,7 +169,6 @@ ProcessEnd OwnProcess::end()
 	return *end_;
 }
 
-/// Returns the status as waitpid() gives it.
 int OwnProcess::wait()
 {
 	int status = 0;

@@ -78,7 +78,6 @@ struct Localizer::Index
 	{
 	}
 
-	/// Reads what save() wrote.
 	Index(IndexReader& file, const Parameters& the_parameters) : parameters(the_parameters)
 	{
 		SavedMap::fields(saved_map, file);

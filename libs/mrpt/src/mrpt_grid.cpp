@@ -115,7 +115,6 @@ CObservation2DRangeScan with_distances_only(const CObservation2DRangeScan& scan)
 	return checked;
 }
 
-/// A box in the map frame [m].
 struct Extent
 {
 	double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY;
@@ -137,7 +136,6 @@ double reach_of(const COccupancyGridMap2D::TInsertionOptions& options, double ce
 	return static_cast<double>(options.maxDistanceInsertion) + 16 * cell_size + 1;
 }
 
-/// Returns the pose of the sensor in the map frame.
 mrpt::poses::CPose3D sensor_of(const CObservation2DRangeScan& scan, const mrpt::poses::CPose3D& robot)
 {
 	return robot + scan.sensorPose;

@@ -34,7 +34,6 @@ std::string record_of(MapReaderSays what, const std::string& text = "")
 	return static_cast<char>(what) + text;
 }
 
-/// Sends the map as records that follow each other.
 void send_map(const std::string& file, const GridParameters& parameters, const Send& send)
 {
 	try

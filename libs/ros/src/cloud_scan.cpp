@@ -15,7 +15,6 @@ constexpr std::size_t kDirections = 1440;
 constexpr double kNearest = 0.05, kFarthest = 200;  // [m]
 constexpr double kStep = 2 * M_PI / kDirections;    // [rad]
 
-/// A point of the band, level, as seen from the sensor.
 struct SeenPoint
 {
 	double angle = 0;  //!< [rad] from the x axis of the robot, counter-clockwise

@@ -50,7 +50,6 @@ bool is_odometry_frame(std::string_view frame)
 	return last_part(frame).find("odom") != std::string_view::npos;
 }
 
-/// Whether a frame is the world's, by its name.
 bool is_of_world(std::string_view frame)
 {
 	const std::string_view name = last_part(frame);
@@ -69,7 +68,6 @@ bool leaves_robot(const std::string& child, const Link& link)
 	return link.travels || is_of_world(child) || is_of_world(link.parent);
 }
 
-/// Whether a topic is in a namespace, or in one below.
 bool is_in(std::string_view topic, std::string_view name_space)
 {
 	return topic.size() > name_space.size() && topic[name_space.size()] == '/' &&
@@ -339,7 +337,6 @@ std::vector<std::string> LinksOfRobot::ancestors(const std::string& frame) const
 	return found;
 }
 
-/// The way from a frame to one above it.
 Path LinksOfRobot::climb(const std::string& frame, const std::string& ancestor) const
 {
 	Path path;

@@ -44,7 +44,6 @@ class LocalizationMethod
 	/// Returns what casts rays through the map, up to paper.max_range.
 	virtual const RayCaster& caster() const = 0;
 
-	/// Writes the index.
 	virtual void save(IndexWriter& file) const = 0;
 };
 }  // namespace d2s1r

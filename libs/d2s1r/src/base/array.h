@@ -62,7 +62,6 @@ template <class T>
 class Array
 {
    public:
-	/// Makes an empty array.
 	Array() = default;
 
 	/// Takes the values of a vector. It is implicit because vectors are what arrays are made in.

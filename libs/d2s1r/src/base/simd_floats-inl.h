@@ -41,12 +41,10 @@ HWY_INLINE Floats sum_of_products(Floats a, Floats b, Floats c, Floats d)
 	return hn::Add(hn::Mul(a, b), hn::Mul(c, d));
 }
 
-/// A rotation of the plane.
 struct Rotation
 {
 	Floats cosine, sine;
 
-	/// Rotates by `angle` [rad], counter-clockwise.
 	explicit Rotation(double angle)
 	    : cosine(all(static_cast<float>(std::cos(angle)))), sine(all(static_cast<float>(std::sin(angle))))
 	{

@@ -15,7 +15,6 @@ struct SavedMap
 	float origin_x = 0, origin_y = 0;     //!< [m] map frame, lower left corner
 	Array<std::int8_t> cells;             //!< row-major
 
-	/// Lists what an index file holds of the map.
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{
@@ -27,6 +26,5 @@ struct SavedMap
 /// Returns the cells of `map`, which they refer to.
 SavedMap cells_of(const OccupancyMap& map);
 
-/// Makes the map of its cells.
 OccupancyMap map_of(const SavedMap& saved);
 }  // namespace d2s1r

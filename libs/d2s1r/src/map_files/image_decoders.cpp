@@ -45,7 +45,6 @@ bool is_done_without_jump(std::jmp_buf& jump, const Read& read)
 	return true;
 }
 
-/// libpng's structures.
 class PngDecoder
 {
    public:
@@ -116,7 +115,6 @@ class PngDecoder
 	png_infop info_ = nullptr;
 };
 
-/// libjpeg's structures.
 class JpegDecoder
 {
    public:
@@ -267,7 +265,6 @@ class TiffDecoder
 	TIFF* tiff_ = nullptr;
 };
 
-/// What the header of a BMP file says.
 struct BmpHeader
 {
 	std::size_t pixels_at, palette_at, palette_colours;  //!< [byte], [byte], [-]

@@ -33,7 +33,6 @@ struct Image
 /// Says that a file is no image that can be decoded. \throws std::runtime_error
 [[noreturn]] void refuse_as_undecodable();
 
-/// Makes a black image.
 Image make_image(std::size_t width, std::size_t height, int channels, bool is_16_bit);
 
 /// Decodes a PNG, JPEG, BMP or TIFF file, whose header has been checked: see memory_to_decode().

@@ -159,7 +159,6 @@ bool stands_alone(unsigned marker)
 constexpr int kMostJpegScans = 100;         // as libtiff has it; encoders make ten
 constexpr double kMostPixelsInScans = 4e9;  // [pixel] some 5 s
 
-/// The outline of a JPEG file.
 struct JpegOutline
 {
 	std::size_t frame = 0;  //!< where the first frame header stands, behind its marker
@@ -270,7 +269,6 @@ struct PnmHeader
 	{
 		return kind == '4' ? (samples_of_row() + 7) / 8 : samples_of_row() * (!is_text() && is_16_bit() ? 2 : 1);
 	}
-	/// [byte] of the unpacked image
 	double memory() const
 	{
 		return static_cast<double>(width) * static_cast<double>(height) * channels() * (is_16_bit() ? 2 : 1);
@@ -339,7 +337,6 @@ unsigned raw_sample(const char* row, std::size_t i, const PnmHeader& header)
 	return header.is_16_bit() ? 256 * byte(2 * i) + byte(2 * i + 1) : byte(i);
 }
 
-/// Decodes a checked PNM file.
 Image decode_pnm(const std::string& bytes)
 {
 	std::istringstream text(bytes);

@@ -34,7 +34,6 @@ OccupancyMap load_any(
 	return read_foreign_map(file, parameters);
 }
 
-/// Says what to do about a map without free cells.
 std::string how_to_free_cells(const std::string& file, MapChange change, const GridParameters& parameters)
 {
 	const LostCells lost = change == MapChange::kNone ? lost_cells(file, parameters) : LostCells();

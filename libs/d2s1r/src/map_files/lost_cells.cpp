@@ -19,7 +19,6 @@ namespace
 constexpr int kShades = 256;
 constexpr int kGreatestRaw = 100, kUnknownRaw = 255;  // pixels of mode raw, which are those of nav_msgs/OccupancyGrid
 
-/// The number of cells of each class.
 using ClassCounts = std::array<std::size_t, 3>;
 
 std::size_t& count_of(ClassCounts& counts, Cell cell)

@@ -74,7 +74,6 @@ MapServerYaml read_map_yaml(const std::string& yaml_file);
 /// Looks at what becomes of the pixels of the image, see lost_cells(). \throws std::runtime_error without its name
 LostCells find_lost_cells(const std::string& image, const MapServerYaml& yaml, const GridParameters& parameters);
 
-/// Returns the path of the image.
 std::string path_of_image(const std::string& yaml_file, const MapServerYaml& yaml);
 
 /// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary, scale and raw. An

@@ -6,7 +6,6 @@ namespace d2s1r
 {
 namespace
 {
-/// What comes before the cells.
 struct MapStart
 {
 	int width, height;                    //!< [cells]

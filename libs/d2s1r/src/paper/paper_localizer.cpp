@@ -19,7 +19,6 @@ namespace
 {
 constexpr double kIndependentBeams = 30;  //!< [-] that a scan is worth: beams of one wall are not independent
 
-/// A candidate cell with its yaw.
 struct RegisteredCell
 {
 	mrpt::math::TPose2D sensor;   //!< sensor in map frame, m and rad

@@ -51,7 +51,6 @@ class PaperLocalizer : public LocalizationMethod
 	/// \param threads [-] that build it
 	/// \throws std::invalid_argument if a sensor can stand nowhere, or paper.max_range is more than can be swept
 	PaperLocalizer(const Grid& grid, const Parameters& parameters, int threads);
-	/// Reads what save() wrote.
 	explicit PaperLocalizer(IndexReader& file);
 
 	/// \throws std::invalid_argument if there is a prior: the method searches everywhere

@@ -27,7 +27,6 @@ class Histogram
 
 	void add_out_of_range() { add(max_range_); }
 
-	/// Makes the sum of the counts 1.
 	void normalize()
 	{
 		for (float& count : counts_) count /= std::max(total_, 1.0F);

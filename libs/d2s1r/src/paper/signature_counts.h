@@ -12,7 +12,6 @@ struct SignatureCounts
 	int directions = 0;                //!< [-] rays of a cell: the sum of its counts if none is capped
 	std::vector<std::uint8_t> counts;  //!< [rays] by cell, then by bin
 
-	/// Returns the counts of a cell.
 	const std::uint8_t* of(std::size_t cell) const { return counts.data() + cell * static_cast<std::size_t>(bins); }
 };
 

@@ -28,13 +28,11 @@ using ProjectedSignature = std::array<float, kProjectionSize>;
 class SignatureProjection
 {
    public:
-	/// Makes an empty one, to read into.
 	SignatureProjection() = default;
 
 	/// Finds the axes. \param counts of at least one cell
 	explicit SignatureProjection(const SignatureCounts& counts);
 
-	/// Lists what an index file holds of the projection.
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{

@@ -27,14 +27,12 @@ class SignatureIndex
 	/// \throws std::invalid_argument if there is no cell, or parameters.paper.max_range is above 4000 cells
 	SignatureIndex(
 	    const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters, int threads = 1);
-	/// Reads an index that save() wrote.
 	explicit SignatureIndex(IndexReader& file);
 
 	~SignatureIndex();
 	SignatureIndex(SignatureIndex&&) noexcept;
 	SignatureIndex& operator=(SignatureIndex&&) noexcept;
 
-	/// Writes the index.
 	void save(IndexWriter& file) const;
 
 	/// Returns the k cells of nearest signature, nearest first; of equal ones, that of the lower index.

@@ -77,7 +77,6 @@ float preprocess(float range, bool is_return, const PaperParameters& parameters)
 	return is_return && range < max_range ? std::max(range, epsilon) : max_range + epsilon;
 }
 
-/// Returns the angle [rad] between two directions, without sign.
 double angle_between(double a, double b)
 {
 	return std::abs(mrpt::math::wrapToPi(a - b));
@@ -120,7 +119,6 @@ struct Scratch
 	std::vector<Window> runs;
 };
 
-/// Fills the memory from a virtual scan.
 void prepare(const std::vector<float>& virtual_ranges, const PaperParameters& parameters, Scratch& scratch)
 {
 	const std::size_t size = virtual_ranges.size();

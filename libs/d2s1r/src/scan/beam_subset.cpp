@@ -14,7 +14,6 @@ namespace
 constexpr float kFarthest = 20;                     //!< [m] beyond, surfaces are often too dark or too slanted
 constexpr double kWidestGap = mrpt::DEG2RAD(10.0);  //!< [rad] beams on both sides of a wider gap are no neighbours
 
-/// Appends a beam.
 void add(BeamArrays& beams, float unit_x, float unit_y, float range)
 {
 	beams.unit_x.push_back(unit_x);
@@ -22,7 +21,6 @@ void add(BeamArrays& beams, float unit_x, float unit_y, float range)
 	beams.range.push_back(range);
 }
 
-/// Pads the arrays to whole vectors.
 void pad(BeamArrays& beams)
 {
 	constexpr float kFarBehind = -1e6F;  // [m]

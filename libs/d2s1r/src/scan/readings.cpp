@@ -89,7 +89,6 @@ bool is_gap(const Readings& readings, std::size_t first, std::size_t past, doubl
 	       static_cast<double>(past - first) * step < kWidest;
 }
 
-/// How many beams of a scan have no return.
 struct NoReturns
 {
 	std::size_t all = 0;

@@ -31,14 +31,12 @@ double tilt_of(const RangeScan& observation)
 	return std::atan2(std::hypot(axes(2, 0), axes(2, 1)), std::abs(axes(2, 2))) + std::abs(observation.delta_pitch);
 }
 
-/// Says why a scan cannot be used.
 struct Refusal
 {
 	ScanDefect defect = ScanDefect::kNone;
 	std::string because{};  //!< for people
 };
 
-/// Returns why an observation and its sweep make no scan, whatever the readings are.
 Refusal refusal_of(const RangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
 {
 	if (observation.size() < 2) return {ScanDefect::kOther, "the scan has fewer than 2 beams"};
@@ -67,7 +65,6 @@ Refusal refusal_of(const RangeScan& observation, const ScanParameters& parameter
 	return {};
 }
 
-/// Returns why beams make no scan.
 Refusal refusal_of(const std::vector<Beam>& beams, const ScanParameters& parameters)
 {
 	if (beams.size() < static_cast<std::size_t>(parameters.min_beams))

@@ -5,7 +5,6 @@
 
 namespace d2s1r
 {
-/// Tells what a sweep says of the motion of the robot.
 class SweptMotion
 {
    public:
@@ -38,7 +37,6 @@ class SweptMotion
 	mrpt::math::TPose2D at_zero_;  //!< robot at time 0, in the frame of the poses
 };
 
-/// Moves the beams of an observation to one time.
 class BeamMover
 {
    public:
@@ -60,7 +58,6 @@ class BeamMover
 	/// Returns `read`, whose angle it does not look at, as beam `index` of the observation, at time 0 of the sweep.
 	Beam moved(const Beam& read, std::size_t index) const;
 
-	/// Returns what the sweep says of the motion.
 	const SweptMotion& motion() const { return motion_; }
 
    private:
