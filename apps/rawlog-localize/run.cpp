@@ -245,9 +245,9 @@ DriveCalibration calibrate_lasers(
 	command.log.overrides = chosen.overrides;
 	command.log.overrides.sweeps_of_others = of_others;
 	if (!chosen.line.empty()) console.note(command.log.file, {chosen.line});
-	if (!chosen.doubt.empty())
+	if (!chosen.doubt.why.empty())
 		console.note(
-		    command.log.file, {chosen.doubt + ": no pose counts as localized; --as-told believes the messages"});
+		    command.log.file, {chosen.doubt.why + ": no pose counts as localized; --as-told believes the messages"});
 	return chosen;
 }
 

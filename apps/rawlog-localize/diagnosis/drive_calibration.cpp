@@ -301,16 +301,13 @@ bool stays(const DriveSamples& samples)
 }
 
 /// Says what was found and how sure it is, and writes it down as options and as a file.
-void tell(const std::string& label, const Mounting& mounting, DriveCalibration& result)
+void tell(const std::string& label, DriveCalibration& result)
 {
-	const calibration::Calibration& found = result.found;
-	std::vector<std::string> parts = ros::contradictions(found);
-	if (!mounting.text.empty()) parts.push_back(mounting.text);
-	if (parts.empty()) return;
 	result.line = mrpt::format(
-	    "laser '%s': %zu scans and %zu motions of the drive contradict the messages: ", label.c_str(), found.scans,
-	    found.motions);
-	for (std::size_t i = 0; i < parts.size(); i++) result.line += (i == 0 ? "" : "; ") + parts[i];
+	    "laser '%s': %zu scans and %zu motions of the drive contradict the messages: ", label.c_str(),
+	    result.found.scans, result.found.motions);
+	for (const std::string& part : result.contradictions)
+		result.line += (&part == &result.contradictions.front() ? "" : "; ") + part;
 	result.line += ".";
 	for (const auto& [name, value] : ros::entries_of(result.overrides))
 	{
@@ -397,9 +394,9 @@ std::map<std::size_t, Localization> by_number(const DriveSamples& samples, const
 		if (answers[i]) found.emplace(samples.numbers[i], *answers[i]);
 	return found;
 }
-}  // namespace
 
-DriveCalibration calibrate_by_drive(
+/// Does what calibrate_by_drive() does, by scans that are read as messages and overrides say.
+DriveCalibration look_at_drive(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
     const Localizer& localizer, bool is_brief)
 {
@@ -439,13 +436,32 @@ DriveCalibration calibrate_by_drive(
 	logs::Overrides& used = result.overrides;
 	static_cast<ros::Overrides&>(used) =
 	    ros::with_shown(mounting.over(overrides), result.found, *samples.scans.front().observation, known.laser);
-	tell(sensor.label, mounting, result);
-	if (result.line.empty()) result.answers = as_told;
-	const bool is_contradicted =
-	    agreement_of(result.found.shown, found, samples.odometry) == calibration::Agreement::kContradicts;
+	result.contradictions = ros::contradictions(result.found);
+	if (!mounting.text.empty()) result.contradictions.push_back(mounting.text);
+	if (result.contradictions.empty()) result.answers = as_told;
+	const calibration::Reading& shown = result.found.shown;
+	const bool is_contradicted = agreement_of(shown, found, samples.odometry) == calibration::Agreement::kContradicts;
 	if (is_contradicted && !sensor.is_the_robot)
-		result.doubt =
-		    "the drive contradicts where the laser is on the robot, or the odometry, and does not show what is right";
+		result.doubt = {
+		    "the drive contradicts where the laser is on the robot, or the odometry, and does not show what is right",
+		    contradiction_of(shown, found, samples.odometry)};
+	return result;
+}
+}  // namespace
+
+DriveCalibration calibrate_by_drive(
+    const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
+    const Localizer& localizer, bool is_brief)
+{
+	DriveCalibration result = look_at_drive(log, sensor, overrides, search, localizer, is_brief);
+	if (result.contradictions.empty() || interrupted()) return result;
+	// Scans are found by what the drive has shown that were not found, or elsewhere, by what the messages say.
+	DriveCalibration again = look_at_drive(log, sensor, result.overrides, search, localizer, true);
+	result.overrides = again.overrides;
+	result.answers = std::move(again.answers);
+	result.doubt = again.doubt;
+	result.contradictions.insert(result.contradictions.end(), again.contradictions.begin(), again.contradictions.end());
+	tell(sensor.label, result);
 	return result;
 }
 

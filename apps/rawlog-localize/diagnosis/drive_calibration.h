@@ -5,6 +5,7 @@
 #include <d2s1r/calibration.h>
 #include <d2s1r/localizer.h>
 #include <logs/log.h>
+#include <ros/drive_calibration.h>
 
 #include <cstddef>
 #include <map>
@@ -21,9 +22,9 @@ struct DriveCalibration
 	calibration::Calibration found;
 	logs::Overrides overrides;  //!< the given ones, and what the drive contradicts of the messages
 	std::string file;  //!< the overrides as lines `name: value` of calibration.yaml; empty: nothing is contradicted
-	std::string
-	    doubt;         //!< why no pose is certain: the drive contradicts the messages, and not clearly what; else empty
+	ros::Doubt doubt;  //!< why no pose is certain: the drive contradicts the messages, and not clearly what
 	std::string line;  //!< says what was found, how sure it is, and which options say the same; empty as `file`
+	std::vector<std::string> contradictions;  //!< what was found and how sure it is
 	/// Of scans that were localized as the messages say, by their numbers in the log, if nothing is changed.
 	std::map<std::size_t, Localization> answers{};
 };

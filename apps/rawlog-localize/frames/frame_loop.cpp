@@ -240,10 +240,7 @@ class Follower
 
 	void doubt(Localization& result) const
 	{
-		const std::string why = calibration_.is_contradicted() ? calibration_.description() : approach_.doubt;
-		if (why.empty() || result.status != Status::kLocalized) return;
-		result.status = Status::kAmbiguous;
-		result.note = why;
+		ros::apply(calibration_.is_contradicted() ? calibration_.doubt() : approach_.doubt, result);
 	}
 
 	const Approach& approach_;

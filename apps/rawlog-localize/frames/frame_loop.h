@@ -3,6 +3,7 @@
 
 #include <d2s1r/atlas.h>
 #include <d2s1r/motion.h>
+#include <ros/drive_calibration.h>
 
 #include <cstddef>
 #include <functional>
@@ -30,7 +31,7 @@ struct Approach
 	bool merge_lasers = false;        //!< whether scans of other lasers are used, too
 	TrackerCheck* tracker = nullptr;  //!< judges the tracker that ran then; null: there is none
 	bool calibrates = false;          //!< whether the drive is asked on the way how the laser must be read
-	std::string doubt{};              //!< why no pose is certain, however well a scan fits; empty: they are
+	ros::Doubt doubt{};               //!< why no pose is certain, however well a scan fits
 	/// Of scans that were localized before, by their numbers in the log; null: of none.
 	const std::map<std::size_t, Localization>* answers = nullptr;
 

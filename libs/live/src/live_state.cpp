@@ -188,11 +188,9 @@ void LiveLocalizer::State::localize(ScanAnswer& given, const WaitingScan& scan, 
 	robot.calibration.follow(given.time, motion);
 	const bool is_read_anew = calibrate(scan, single, given.localization);
 	news.tell("calibration", robot.calibration.description());
-	if ((is_read_anew || robot.calibration.is_contradicted()) && given.localization.status == Status::kLocalized)
-	{
-		given.localization.status = Status::kAmbiguous;
-		given.localization.note = robot.calibration.description();
-	}
+	ros::Doubt doubt = robot.calibration.doubt();
+	if (is_read_anew) doubt.why = "from the next scan on, the laser is read as the drive shows";
+	ros::apply(doubt, given.localization);
 	given.frame = maps.frame_of(given.localization.hypotheses.empty() ? "" : given.localization.best().map);
 	if (follower)
 		tell_suggestion();

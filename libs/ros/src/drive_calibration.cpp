@@ -16,6 +16,15 @@ using calibration::Unknown;
 using calibration::Verdict;
 using mrpt::poses::CPose3D;
 
+void apply(const Doubt& doubt, Localization& answer)
+{
+	if (doubt.why.empty()) return;
+	for (Hypothesis& hypothesis : answer.hypotheses) hypothesis.covariance += doubt.covariance;
+	if (answer.status != Status::kLocalized) return;
+	answer.status = Status::kAmbiguous;
+	answer.note = doubt.why;
+}
+
 calibration::Reading told_reading(const CPose3D& laser, const SweepTime& sweep, const Overrides& given)
 {
 	calibration::Reading told;

@@ -86,8 +86,10 @@ bool RunningCalibration::add(
 	add_odometry(readings);
 	way_since_ = turn_since_ = 0;
 	const bool is_other = scans_.size() >= next_ && calibrate(map, scan);
-	const Agreement now = agreement_of(told_reading(laser, scan.sweep, in_use_), scans_, odometry_);
+	const calibration::Reading read = told_reading(laser, scan.sweep, in_use_);
+	const Agreement now = agreement_of(read, scans_, odometry_);
 	if (is_other || now != Agreement::kNotShown) agreement_ = now;
+	if (now == Agreement::kContradicts) contradiction_ = contradiction_of(read, scans_, odometry_);
 	if (scans_.size() < kMost) return is_other;
 	if (is_contradicted())
 		clear();  // and looks at what follows

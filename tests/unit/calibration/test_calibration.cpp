@@ -112,6 +112,11 @@ TEST(Calibration, AgreesWithADriveOrContradictsItAfterAFewScans)
 		return calibration::agreement_of(reading, drive.scans, drive.odometry);
 	};
 	EXPECT_EQ(agreement(0), Agreement::kAgrees);
+	Reading turned;
+	turned.laser.phi = 45 * kDegree;
+	const auto beside = calibration::contradiction_of(turned, drive.scans, drive.odometry);
+	EXPECT_GT(std::sqrt(beside(2, 2)), 40 * kDegree) << "the poses may be off by that";
+	EXPECT_LT(std::sqrt(calibration::contradiction_of({}, drive.scans, drive.odometry)(2, 2)), 5 * kDegree);
 	for (const double yaw : {180 * kDegree, -90 * kDegree, 45 * kDegree})
 		EXPECT_EQ(agreement(yaw), Agreement::kContradicts) << yaw;
 	for (calibration::FoundScan& scan : drive.scans) scan.laser.x += 10 * scan.time;

@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
-#include <ros/overrides.h>
+#include <ros/drive_calibration.h>
 
 #include <stdexcept>
 
@@ -34,6 +34,23 @@ TEST(Overrides, RefuseNamesAndValuesThatTheyDoNotHave)
 	EXPECT_THROW(enter("min-range", "-1", overrides), std::invalid_argument);
 	EXPECT_THROW(enter("mirrored-odometry", "false", overrides), std::invalid_argument);
 	EXPECT_TRUE(entries_of(overrides).empty());
+}
+
+TEST(Doubt, WidensAPoseAndDoesNotCallItLocalized)
+{
+	Localization answer;
+	answer.status = Status::kLocalized;
+	answer.hypotheses.resize(1);
+	answer.hypotheses[0].covariance.setZero();
+	apply(Doubt(), answer);
+	EXPECT_EQ(answer.status, Status::kLocalized);
+	Doubt doubt;
+	doubt.why = "the drive contradicts the mounting";
+	doubt.covariance(2, 2) = 0.5;
+	apply(doubt, answer);
+	EXPECT_EQ(answer.status, Status::kAmbiguous);
+	EXPECT_EQ(answer.note, doubt.why);
+	EXPECT_DOUBLE_EQ(answer.best().covariance(2, 2), 0.5);
 }
 }  // namespace
 }  // namespace d2s1r::ros

@@ -11,6 +11,7 @@
 
 #include <d2s1r/grid.h>
 #include <d2s1r/scan.h>
+#include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/math/TPose2D.h>
 
 #include <array>
@@ -145,6 +146,11 @@ enum class Agreement
 /// a few scans only, and leaves errors to the odometry that wheels have at worst.
 /// \param scans found by any reading
 Agreement agreement_of(
+    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry);
+
+/// Returns by how much those motions differ from what a reading predicts (medians), as the covariance [m^2, rad^2] that
+/// poses have beside their own if it is not known how the laser must be read.
+mrpt::math::CMatrixDouble33 contradiction_of(
     const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry);
 
 /// Finds scans where the messages lead from the scans before them: by the odometry, and on to the walls nearby. That is

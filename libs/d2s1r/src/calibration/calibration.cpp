@@ -63,7 +63,17 @@ bool Calibration::is_changed() const
 	return odometry_log_odds > 0 || std::any_of(findings.begin(), findings.end(), is_changed);
 }
 
-Agreement agreement_of(
+namespace
+{
+/// What motions that are long enough, and those that turn enough, say of a reading.
+struct Witnesses
+{
+	std::array<std::size_t, 2> all{}, against{};  //!< [-]
+	std::vector<double> ways;                     //!< [m] by which they differ
+	std::array<std::vector<double>, 2> turns;     //!< [rad] the same, of each kind
+};
+
+Witnesses witnesses_of(
     const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
 {
 	constexpr double kWay = 0.5, kTurn = 60 * kDegree, kLongest = 30;  // [m], [rad], [s] of a motion
@@ -73,8 +83,7 @@ Agreement agreement_of(
 	const Grid no_map;
 	Problem problem(no_map, reading, scans, track);
 	problem.noise.way = 4, problem.noise.turn = 3;  // of wheels that slip
-	std::size_t motions = 0;
-	std::array<std::size_t, 2> votes{}, off{};  // of motions that are long enough, and of those that turn enough
+	Witnesses witnesses;
 	for (std::size_t i = 0; i < scans.size(); i++)
 	{
 		std::array<bool, 2> has_voted{};
@@ -92,19 +101,43 @@ Agreement agreement_of(
 			const auto error =
 			    problem.motion_error(reading, scans[i].laser, scans[j].laser, scans[i].time, scans[j].time, kOfPoses);
 			if (!error) continue;
-			motions++;
-			for (std::size_t k = 0; k < votes.size(); k++)
+			const TPose2D told = track.motion_of_laser(reading, scans[i].time, scans[j].time);
+			const double turned = std::abs(wrapToPi(seen.phi - told.phi));
+			const double aside = wrapToPi(std::atan2(seen.y, seen.x) - std::atan2(told.y, told.x));
+			witnesses.ways.push_back(std::hypot(seen.x - told.x, seen.y - told.y));
+			for (std::size_t k = 0; k < witnesses.all.size(); k++)
 			{
 				if (!may_vote[k]) continue;
 				has_voted[k] = true;
-				votes[k]++;
-				off[k] += error->cwiseAbs().maxCoeff() > kMost;
+				witnesses.all[k]++;
+				witnesses.turns[k].push_back(k == 0 ? std::max(turned, std::abs(aside)) : turned);
+				witnesses.against[k] += error->cwiseAbs().maxCoeff() > kMost;
 			}
 		}
 	}
-	if (motions == 0) return Agreement::kNotShown;
-	const bool is_contradicted = 2 * off[0] > votes[0] || 2 * off[1] > votes[1];
+	return witnesses;
+}
+}  // namespace
+
+Agreement agreement_of(
+    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
+{
+	const auto [all, against, ways, turns] = witnesses_of(reading, scans, odometry);
+	if (ways.empty()) return Agreement::kNotShown;
+	const bool is_contradicted = 2 * against[0] > all[0] || 2 * against[1] > all[1];
 	return is_contradicted ? Agreement::kContradicts : Agreement::kAgrees;
+}
+
+mrpt::math::CMatrixDouble33 contradiction_of(
+    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
+{
+	const Witnesses witnesses = witnesses_of(reading, scans, odometry);
+	const double way = median_of(witnesses.ways);
+	const double turn = std::max(median_of(witnesses.turns[0]), median_of(witnesses.turns[1]));
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance.setZero();
+	covariance(0, 0) = covariance(1, 1) = way * way, covariance(2, 2) = turn * turn;
+	return covariance;
 }
 
 std::vector<FoundScan> follow(

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <d2s1r/calibration.h>
+#include <d2s1r/localization.h>
 
 #include <string>
 #include <vector>
@@ -11,6 +12,17 @@
 
 namespace d2s1r::ros
 {
+/// Says that a drive contradicts how its laser is read, and does not show what is right.
+struct Doubt
+{
+	std::string why;  //!< empty: there is none
+	/// [m^2, rad^2] That poses have beside their own, see calibration::contradiction_of().
+	mrpt::math::CMatrixDouble33 covariance = mrpt::math::CMatrixDouble33::Zero();
+};
+
+/// Lets an answer not be `localized` if there is a doubt, and its covariances cover what the drive contradicts.
+void apply(const Doubt& doubt, Localization& answer);
+
 /// Returns what messages say of a laser. \param laser its frame on the robot
 calibration::Reading told_reading(const mrpt::poses::CPose3D& laser, const SweepTime& sweep, const Overrides& given);
 

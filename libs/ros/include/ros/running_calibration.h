@@ -52,6 +52,9 @@ class RunningCalibration
 	/// Returns whether the drive contradicts how the laser is read, and does not show how it must be.
 	bool is_contradicted() const { return agreement_ == calibration::Agreement::kContradicts; }
 
+	/// Returns what that means for poses.
+	Doubt doubt() const { return is_contradicted() ? Doubt{description(), contradiction_} : Doubt(); }
+
 	/// Returns whether the robot has moved so far that the drive has to confirm how the laser is read, and has not yet.
 	bool is_open() const;
 
@@ -82,6 +85,7 @@ class RunningCalibration
 	std::size_t with_scans_ = 0;  //!< [-] readings of the odometry that have the time of a scan
 	std::size_t next_ = kFirst;   //!< [-] scans with which it calibrates again
 	calibration::Agreement agreement_ = calibration::Agreement::kNotShown;
-	std::string shown_;  //!< what the drive contradicts; empty: nothing
+	mrpt::math::CMatrixDouble33 contradiction_;  //!< see Doubt
+	std::string shown_;                          //!< what the drive contradicts; empty: nothing
 };
 }  // namespace d2s1r::ros
