@@ -86,7 +86,8 @@ namespace
 constexpr double kRate = 1.0;       // [rad/s] of the robot
 constexpr double kSweep = 0.2;      // [s] of the laser for a turn
 constexpr std::size_t kBeams = 90;  // [-] of a turn
-const mrpt::math::TPose2D kTurnsAt(7, 3, 0.3);
+/// Where a scan tells the rooms apart.
+const mrpt::math::TPose2D kTurnsAt(6, 5, 0.3);
 
 mrpt::math::TPose2D turning_robot(double time)
 {
@@ -174,6 +175,7 @@ class TurningRobotOfALog : public test::FolderTest
 		for (const Frame& frame : frames)
 		{
 			EXPECT_TRUE(frame.has_pose());
+			EXPECT_TRUE(frame.localized() || !sweep);  // a twisted scan may fit nowhere
 			if (!frame.has_pose()) continue;
 			const double off = frame.result.best().pose.phi() - turning_robot(frame.timestamp).phi;
 			greatest = std::max(greatest, std::abs(mrpt::math::wrapToPi(off)));
