@@ -45,8 +45,8 @@ void write_cache(const std::vector<RunFrame>& run, const std::string& file)
 			        << found.temperature << static_cast<std::uint32_t>(found.hypotheses.size());
 			for (const Hypothesis& hypothesis : found.hypotheses)
 				archive << PoseDensity(hypothesis.pose, hypothesis.covariance) << hypothesis.probability
-				        << hypothesis.log_likelihood.value_or(0) << hypothesis.explained.value_or(0)
-				        << hypothesis.log_odds.value_or(0);
+				        << hypothesis.log_likelihood.value_or(0) << hypothesis.by_pieces.value_or(0)
+				        << hypothesis.explained.value_or(0) << hypothesis.log_odds.value_or(0);
 		}
 	}
 	std::filesystem::rename(part, file);
@@ -67,11 +67,12 @@ void read_cache(std::vector<RunFrame>& run, const std::string& file)
 		{
 			Hypothesis& hypothesis = found.hypotheses.emplace_back();
 			PoseDensity density;
-			double log_likelihood = 0, explained = 0, log_odds = 0;
-			archive >> density >> hypothesis.probability >> log_likelihood >> explained >> log_odds;
+			double log_likelihood = 0, by_pieces = 0, explained = 0, log_odds = 0;
+			archive >> density >> hypothesis.probability >> log_likelihood >> by_pieces >> explained >> log_odds;
 			hypothesis.pose = density.mean;
 			hypothesis.covariance = density.cov;
 			hypothesis.log_likelihood = log_likelihood;
+			hypothesis.by_pieces = by_pieces;
 			hypothesis.explained = explained;
 			hypothesis.log_odds = log_odds;
 		}

@@ -29,11 +29,8 @@ void visit_numbers(OdometryTuning& t, const Visit& visit)
 template <class Visit>
 void visit_numbers(WindowModel& t, const Visit& visit)
 {
-	static_assert(sizeof(t) == 9 * sizeof(double), "a constant without a name");
-	visit("same_way", t.same_way);
-	visit("same_turn", t.same_turn);
-	visit("new_evidence", t.new_evidence);
-	visit("new_presence", t.new_presence);
+	static_assert(sizeof(t) == 6 * sizeof(double), "a constant without a name");
+	visit("same_power", t.same_power);
 	visit("least_evidence", t.least_evidence);
 	visit("most_absence", t.most_absence);
 	visit("carried_away", t.carried_away);

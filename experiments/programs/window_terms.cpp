@@ -33,8 +33,10 @@ void write_terms(std::ostream& stream, const WindowTerms& terms)
 	for (const double number : {terms.is_localized ? 1.0 : 0.0, terms.is_scan_right ? 1.0 : 0.0, terms.confidence})
 		put(stream, number);
 	for (const FrameEvidence& frame : terms.frames)
-		for (const double number : {frame.robot.x, frame.robot.y, frame.robot.phi, frame.absence, frame.linked})
-			put(stream, number);
+	{
+		for (const double share : frame.seen_before) put(stream, share);
+		for (const double number : {frame.absence, frame.linked}) put(stream, number);
+	}
 	for (std::size_t i = 0; i < terms.tracks.size(); i++)
 	{
 		put(stream, terms.are_right[i] ? 1 : 0);
@@ -53,9 +55,13 @@ std::vector<WindowTerms> read_terms(std::istream& stream)
 		terms.is_localized = get(stream) != 0;
 		terms.is_scan_right = get(stream) != 0;
 		terms.confidence = get(stream);
-		for (FrameEvidence& frame : terms.frames)
-			for (double* number : {&frame.robot.x, &frame.robot.y, &frame.robot.phi, &frame.absence, &frame.linked})
-				*number = get(stream);
+		for (std::size_t i = 0; i < terms.frames.size(); i++)
+		{
+			FrameEvidence& frame = terms.frames[i];
+			frame.seen_before.resize(i);
+			for (double& share : frame.seen_before) share = get(stream);
+			for (double* number : {&frame.absence, &frame.linked}) *number = get(stream);
+		}
 		for (Evidence& track : terms.tracks)
 		{
 			terms.are_right.push_back(get(stream) != 0);

@@ -12,20 +12,21 @@ namespace
 {
 const WindowModel kModel;
 
-/// What the newest frame tells of two places, and frames before it, each `step` [m] after the one before.
+/// What a frame tells of two places.
 struct Told
 {
 	double second = 0;  //!< [nat] evidence of the second place; that of the first is 0
 	double absence = 0;
 };
 
-WindowPosterior posterior_of(const std::vector<Told>& told, double step)
+/// \param seen [0, 1] how much of each scan those before it show again
+WindowPosterior posterior_of(const std::vector<Told>& told, double seen)
 {
 	std::vector<FrameEvidence> frames;
 	Evidence first, second;
 	for (const Told& frame : told)
 	{
-		frames.push_back({{step * static_cast<double>(frames.size()), 0, 0}, frame.absence, 1});
+		frames.push_back({std::vector<double>(frames.size(), seen), frame.absence, 1});
 		first.push_back(0);
 		second.push_back(frame.second);
 	}
@@ -40,7 +41,7 @@ double sum_of(const WindowPosterior& told)
 
 TEST(WindowPosterior, OfOneFrameIsThatOfItsScan)
 {
-	const WindowPosterior told = posterior_of({{-1, -2}}, 0);
+	const WindowPosterior told = posterior_of({{-1, -2}}, 1);
 	const double all = 1 + std::exp(-1) + std::exp(-2);
 	EXPECT_NEAR(told.tracks[0], 1 / all, 0.01);
 	EXPECT_NEAR(told.tracks[1], std::exp(-1) / all, 0.01);
@@ -51,20 +52,20 @@ TEST(WindowPosterior, TheSameScanAgainTellsNothing)
 {
 	for (const Told& scan : {Told{-1, -2}, {-0.1, 1}, {-4, 0}, {-3, 3}})
 	{
-		const WindowPosterior alone = posterior_of({scan}, 0), still = posterior_of(std::vector<Told>(10, scan), 0);
+		const WindowPosterior alone = posterior_of({scan}, 1), still = posterior_of(std::vector<Told>(10, scan), 1);
 		EXPECT_NEAR(still.tracks[0], alone.tracks[0], 0.001) << scan.second << ' ' << scan.absence;
 		EXPECT_NEAR(still.none, alone.none, 0.001) << scan.second << ' ' << scan.absence;
 	}
 }
 
-TEST(WindowPosterior, FramesThatAreApartTellMoreTheFartherButLessThanIfTheyWereIndependent)
+TEST(WindowPosterior, FramesTellMoreTheMoreOfThemIsNewAndAtMostWhatIndependentOnesTell)
 {
 	const Told scan{-1, -2};
-	double before = posterior_of({scan}, 0).tracks[0];
-	for (const double step : {0.1, 0.3, 1.0, 3.0})
+	double before = posterior_of({scan}, 1).tracks[0];
+	for (const double seen : {0.97, 0.9, 0.8, 0.5})
 	{
-		const double now = posterior_of(std::vector<Told>(10, scan), step).tracks[0];
-		EXPECT_GT(now, before) << step;
+		const double now = posterior_of(std::vector<Told>(10, scan), seen).tracks[0];
+		EXPECT_GT(now, before) << seen;
 		before = now;
 	}
 	EXPECT_LT(before, 1 / (1 + std::exp(-10)));
@@ -74,13 +75,13 @@ TEST(WindowPosterior, TheNewestFrameCountsAsMuchAsAloneIfOthersDoNotContradict)
 {
 	std::vector<Told> told(9, {0, -9});  // both places fit
 	told.push_back({-5, -6});
-	EXPECT_GE(posterior_of(told, 1).tracks[0], posterior_of({told.back()}, 0).tracks[0]);
+	EXPECT_GE(posterior_of(told, 0.5).tracks[0], posterior_of({told.back()}, 1).tracks[0]);
 }
 
 TEST(WindowPosterior, FramesThatContradictTakeConfidenceAway)
 {
-	std::vector<FrameEvidence> frames(5, {{}, -6, 1});
-	for (std::size_t i = 0; i < frames.size(); i++) frames[i].robot.x = static_cast<double>(i);
+	std::vector<FrameEvidence> frames;
+	for (std::size_t i = 0; i < 5; i++) frames.push_back({std::vector<double>(i, 0.5), -6, 1});
 	const Evidence new_place = {-6, -6, -6, -6, 0}, old_place = {0, 0, 0, 0, -3};
 	const WindowPosterior told = posterior(frames, {&new_place, &old_place}, kModel);
 	EXPECT_LT(told.tracks[0], 0.9) << "0.95 alone";
@@ -88,13 +89,13 @@ TEST(WindowPosterior, FramesThatContradictTakeConfidenceAway)
 
 TEST(WindowPosterior, HasNoStep)
 {
-	for (const double step : {0.0, 0.2, 1.0})
+	for (const double seen : {1.0, 0.9, 0.5})
 	{
 		double before = -1;
 		for (double absence = -6; absence < 6; absence += 0.01)
 		{
-			const double now = posterior_of(std::vector<Told>(8, {-2, absence}), step).tracks[0];
-			EXPECT_TRUE(before < 0 || std::abs(now - before) < 0.02) << step << ' ' << absence;
+			const double now = posterior_of(std::vector<Told>(8, {-2, absence}), seen).tracks[0];
+			EXPECT_TRUE(before < 0 || std::abs(now - before) < 0.02) << seen << ' ' << absence;
 			before = now;
 		}
 	}
@@ -102,8 +103,8 @@ TEST(WindowPosterior, HasNoStep)
 
 TEST(WindowPosterior, AMotionThatIsNotKnownForgetsTheFramesBefore)
 {
-	std::vector<FrameEvidence> frames(6, {{}, -4, 1});
-	for (std::size_t i = 0; i < frames.size(); i++) frames[i].robot.x = static_cast<double>(i);
+	std::vector<FrameEvidence> frames;
+	for (std::size_t i = 0; i < 6; i++) frames.push_back({std::vector<double>(i, 0.5), -4, 1});
 	const Evidence first(6, 0.0);
 	Evidence second(6, -2.0);
 	second.back() = -0.5;

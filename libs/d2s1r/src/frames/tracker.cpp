@@ -18,6 +18,7 @@
 #include "answer/localization_method.h"
 #include "coarse/range_profiles.h"
 #include "fine/decision.h"
+#include "frames/shared_surface.h"
 #include "frames/window_tracker.h"
 
 namespace d2s1r
@@ -174,7 +175,7 @@ class Tracker::State
 	void start_tracks(const Look& look, Told& told);
 	void believe(const Told& told, double fresh);
 	void drop_tracks();
-	double fresh_share(const Told& told) const;
+	double fresh_share(const Scan& scan, const Told& told) const;
 	void check_odometry(bool is_confirmed);
 	bool is_sure() const;
 	void settle_suggestion();
@@ -190,6 +191,7 @@ class Tracker::State
 
 	std::optional<double> last_time_;  //!< [s] of the last call of add()
 	double since_told_ = HUGE_VAL;     //!< [s] since the last scan that told something
+	std::optional<Scan> told_;         //!< that scan
 	CPose2D moved_;                    //!< by the odometry since then
 	double explained_ = 0;             //!< [0, 1] share of the returns of that scan, at the best place
 	Travel searched_;                  //!< since the last search of the whole map
@@ -434,11 +436,12 @@ void Tracker::State::start_tracks(const Look& look, Told& told)
 /// Returns how much [0, 1] of what a scan says was not said by the last one: the robot has moved, what hides the walls
 /// has, or the best place explains more or less of it, as if somebody had carried the robot away. It does not matter
 /// whether the odometry is relied on.
-double Tracker::State::fresh_share(const Told& told) const
+double Tracker::State::fresh_share(const Scan& scan, const Told& told) const
 {
 	if (told.explained.empty()) return 1;
 	const double in_time = std::exp(-since_told_ / kSameTime);
-	const double in_space = correlation({}, moved_.asTPose(), tuning_.model);
+	const double in_space =
+	    told_ ? correlation(share_seen_again(scan, *told_, (CPose2D() - moved_).asTPose()), tuning_.model) : 0;
 	const double in_look = 1 - std::abs(told.explained.front() - explained_);
 	return 1 - in_time * in_space * in_look;
 }
@@ -463,7 +466,7 @@ void Tracker::State::believe(const Told& told, double fresh)
 	admit_presence(now, told.absence, told.evidence);
 
 	const double most = *std::max_element(told.explained.begin(), told.explained.end());
-	FrameWeights later{std::min(told.absence, model.most_absence), fresh * model.new_presence, told.evidence, {}};
+	FrameWeights later{std::min(told.absence, model.most_absence), fresh, told.evidence, {}};
 	for (const double explained : told.explained)
 		later.of_tracks.push_back(fresh * (explained >= kAsWell * most ? kOfAlike : 1));
 	weigh(belief, later, model);
@@ -586,12 +589,13 @@ Localization Tracker::State::add(double time, const Scan& scan, const std::optio
 		if (!seen.answer.hypotheses.empty())
 		{
 			Told told = follow(seen, expected);
-			const double fresh = fresh_share(told);
+			const double fresh = fresh_share(scan, told);
 			start_tracks(seen, told);
 			believe(told, fresh);
 			drop_tracks();
 			temperature_ = seen.answer.temperature;
 			since_told_ = 0;
+			told_ = scan;
 			moved_ = {};
 			explained_ = tracks_.front().is_seen ? tracks_.front().fix.explained.value_or(0) : 0;
 		}

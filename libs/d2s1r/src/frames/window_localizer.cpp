@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "answer/distinct_poses.h"
+#include "frames/shared_surface.h"
 #include "frames/window_tracker.h"
 
 namespace d2s1r
@@ -92,6 +93,20 @@ GuessedMotion WindowTracker::motion_to(const Localization& one_shot, const std::
 	return can_be_guessed ? common_motion(before, one_shot.hypotheses, tuning_) : GuessedMotion{};
 }
 
+/// Returns how much of a scan each frame of the window shows again, oldest first.
+/// \param motion to the scan, since the last frame
+std::vector<double> WindowTracker::seen_again(const Scan& scan, const GuessedMotion& motion) const
+{
+	std::vector<double> shares(frames_.size());
+	mrpt::poses::CPose2D robot = reversed(motion.motion).mean;  // of the frame, in the robot frame of the scan
+	for (std::size_t i = frames_.size(); i-- > 0;)
+	{
+		shares[i] = share_seen_again(scan, frames_[i].scan, robot.asTPose());
+		robot = robot + reversed(frames_[i].motion.motion).mean;
+	}
+	return shares;
+}
+
 /// Appends a frame to the window, or starts a new window with it if its motion is not known.
 void WindowTracker::append(const Scan& scan, const Localization& one_shot, const GuessedMotion& motion)
 {
@@ -100,9 +115,12 @@ void WindowTracker::append(const Scan& scan, const Localization& one_shot, const
 		frames_.clear();
 		tracks_.clear();
 	}
-	frames_.push_back({scan, one_shot.hypotheses, {0, one_shot.temperature}, 0, motion});
+	std::vector<double> seen_before = seen_again(scan, motion);
+	frames_.push_back({scan, one_shot.hypotheses, {0, one_shot.temperature}, 0, motion, std::move(seen_before)});
 	if (frames_.size() <= most_frames_) return;
 	frames_.pop_front();
+	for (Frame& frame : frames_)
+		if (!frame.seen_before.empty()) frame.seen_before.erase(frame.seen_before.begin());
 	for (Track& track : tracks_) track.evidence.pop_front();
 }
 
@@ -199,12 +217,7 @@ void WindowTracker::start_tracks(const Localization& one_shot)
 std::vector<FrameEvidence> WindowTracker::frames() const
 {
 	std::vector<FrameEvidence> told;
-	mrpt::poses::CPose2D robot;
-	for (const Frame& frame : frames_)
-	{
-		if (!told.empty()) robot = robot + frame.motion.motion.mean;
-		told.push_back({robot.asTPose(), frame.absence, frame.motion.probability});
-	}
+	for (const Frame& frame : frames_) told.push_back({frame.seen_before, frame.absence, frame.motion.probability});
 	return told;
 }
 

@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frames/window_posterior.h"
 
-#include <mrpt/core/bits_math.h>
-#include <mrpt/math/wrap2pi.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -19,13 +16,13 @@ double bounded(double evidence, const WindowModel& model)
 }
 
 /// Returns the powers of the evidence of all frames. The newest one counts as much as alone. Those before it count
-/// together as what n independent scans, n to the power of `growth` single ones, tell beyond it.
-std::vector<double> weights(const std::vector<double>& shares, double growth)
+/// together as what all independent scans tell beyond it.
+/// \param scans [-] sum of the shares
+std::vector<double> weights(const std::vector<double>& shares, double scans)
 {
-	const double scans = std::accumulate(shares.begin(), shares.end(), 0.0);
 	const double before = std::max(1e-9, scans - shares.back());
 	std::vector<double> powers;
-	for (const double share : shares) powers.push_back(share / before * (std::pow(scans, growth) - 1));
+	for (const double share : shares) powers.push_back(share / before * (scans - 1));
 	powers.back() = 1;
 	return powers;
 }
@@ -37,14 +34,11 @@ void normalize(WindowPosterior& posterior)
 	for (double& track : posterior.tracks) track /= sum;
 	posterior.none /= sum;
 }
-
 }  // namespace
 
-double correlation(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, const WindowModel& model)
+double correlation(double seen_again, const WindowModel& model)
 {
-	const double way = std::hypot(a.x - b.x, a.y - b.y);
-	const double turn = std::abs(mrpt::math::wrapToPi(a.phi - b.phi));
-	return std::exp(-way / model.same_way - turn / mrpt::DEG2RAD(model.same_turn));
+	return std::pow(seen_again, model.same_power);
 }
 
 void predict(WindowPosterior& posterior, double linked, double moved, const WindowModel& model)
@@ -76,12 +70,13 @@ void admit_presence(WindowPosterior& posterior, double absence, const std::vecto
 std::vector<double> independence(const std::vector<FrameEvidence>& frames, const WindowModel& model)
 {
 	std::vector<double> shares;
-	for (const FrameEvidence& frame : frames)
-		shares.push_back(
-		    1 / std::accumulate(
-		            frames.begin(), frames.end(), 0.0,
-		            [&](double sum, const FrameEvidence& other)
-		            { return sum + correlation(frame.robot, other.robot, model); }));
+	for (std::size_t i = 0; i < frames.size(); i++)
+	{
+		double same = 1;
+		for (std::size_t k = 0; k < i; k++) same += correlation(frames[i].seen_before[k], model);
+		for (std::size_t k = i + 1; k < frames.size(); k++) same += correlation(frames[k].seen_before[i], model);
+		shares.push_back(1 / same);
+	}
 	return shares;
 }
 
@@ -89,19 +84,17 @@ WindowPosterior posterior(
     const std::vector<FrameEvidence>& frames, const std::vector<const Evidence*>& tracks, const WindowModel& model)
 {
 	const std::vector<double> shares = independence(frames, model);
-	const std::vector<double> of_places = weights(shares, model.new_evidence);
-	const std::vector<double> of_presence = weights(shares, model.new_presence);
-	// One scan alone may say so without a bound.
 	const double scans = std::accumulate(shares.begin(), shares.end(), 0.0);
+	const std::vector<double> powers = weights(shares, scans);
+	// One scan alone may say so without a bound.
 	const double most_absence = model.most_absence / std::max(1e-9, 1 - 1 / scans);
 	WindowPosterior result{std::vector<double>(tracks.size(), 1.0), 1.0};
 	for (std::size_t i = 0; i < frames.size(); i++)
 	{
-		if (i > 0)
-			predict(result, frames[i].linked, 1 - correlation(frames[i - 1].robot, frames[i].robot, model), model);
-		FrameWeights frame{std::min(frames[i].absence, most_absence), of_presence[i], {}, {}};
+		if (i > 0) predict(result, frames[i].linked, 1 - correlation(frames[i].seen_before.back(), model), model);
+		FrameWeights frame{std::min(frames[i].absence, most_absence), powers[i], {}, {}};
 		for (const Evidence* track : tracks) frame.evidence.push_back((*track)[i]);
-		frame.of_tracks.assign(tracks.size(), of_places[i]);
+		frame.of_tracks.assign(tracks.size(), powers[i]);
 		weigh(result, frame, model);
 	}
 	std::vector<double> newest;

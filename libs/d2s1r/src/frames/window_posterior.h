@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <mrpt/math/TPose2D.h>
-
 #include <deque>
 #include <vector>
 
@@ -13,7 +11,8 @@ namespace d2s1r
 /// What one frame of a window tells, whatever the place.
 struct FrameEvidence
 {
-	mrpt::math::TPose2D robot;  //!< in a frame that all frames of the window share, m and rad
+	/// [0, 1] How much of its scan the frames before it show again, oldest first: see share_seen_again().
+	std::vector<double> seen_before;
 	/// [nat] Log-odds of "the robot is at none of the places that the scan lists" against the best place of the frame.
 	double absence = 0;
 	double linked = 1;  //!< [0, 1] probability that the motion since the frame before is right
@@ -30,9 +29,8 @@ struct WindowPosterior
 	double none = 1;             //!< that none of them is right
 };
 
-/// Returns the correlation [0, 1] of what two scans say, by the way and the turn between them: it is
-/// exp(-way / same_way - turn / same_turn).
-double correlation(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, const WindowModel& model);
+/// Returns the correlation [0, 1] of what two scans say of places, by the share [0, 1] of surfaces that both show.
+double correlation(double seen_again, const WindowModel& model);
 
 /// Lets the robot come from one state to another between two frames, whose motion is right with this probability.
 /// \param moved [0, 1] how much of the way is new: a robot that stands still does not come into the map by itself
@@ -56,7 +54,7 @@ void weigh(WindowPosterior& posterior, const FrameWeights& frame, const WindowMo
 void admit_presence(WindowPosterior& posterior, double absence, const std::vector<double>& evidence);
 
 /// Returns for how many independent scans [0, 1] each frame counts: one divided by the number of those that say the
-/// same again. Two scans are correlated by exp(-way / same_way - turn / same_turn).
+/// same again.
 std::vector<double> independence(const std::vector<FrameEvidence>& frames, const WindowModel& model);
 
 /// Returns what the frames tell together: the forward pass of a hidden Markov model, whose states are the tracks and
@@ -64,10 +62,10 @@ std::vector<double> independence(const std::vector<FrameEvidence>& frames, const
 ///
 /// From one frame to the next the robot stays on its track but for small probabilities: that it was carried away, that
 /// it left or entered what the map shows, that its motion is not known. Each frame then multiplies the odds by its
-/// evidence, to a power. The newest frame counts as much as it does alone. Those before it count the less the nearer to
-/// each other they were taken: n independent frames tell as much as n to the power of WindowModel::new_evidence single
-/// scans, for they share the errors of the map, and the same scan again tells nothing. So the answer of a robot that
-/// stands still is that of its newest scan. The constants are learned by learn_windows.py.
+/// evidence, to a power. The newest frame counts as much as it does alone. Those before it count by what is new in
+/// them: where the map is wrong or a thing has been moved, all frames that show it err together, so that five scans of
+/// one bay say what one scan says. So the answer of a robot that stands still or turns on the spot is that of its
+/// newest scan. The constants are learned by learn_windows.py.
 /// \param frames of the window, oldest first, at least one
 /// \param tracks the evidence of each track, by frame
 WindowPosterior posterior(

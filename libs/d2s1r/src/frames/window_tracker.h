@@ -63,6 +63,7 @@ class WindowTracker
 		Reference reference;               //!< of the places of the frame
 		double absence = 0;                //!< [nat] see FrameEvidence
 		GuessedMotion motion;              //!< since the frame before
+		std::vector<double> seen_before;   //!< [0, 1] see FrameEvidence
 	};
 
 	/// \throws std::invalid_argument if a hypothesis is in no map of this window, or a number is not sound
@@ -70,6 +71,7 @@ class WindowTracker
 
 	void pass_gap(const std::optional<PoseDensity>& motion);
 	GuessedMotion motion_to(const Localization& one_shot, const std::optional<PoseDensity>& motion);
+	std::vector<double> seen_again(const Scan& scan, const GuessedMotion& motion) const;
 	void append(const Scan& scan, const Localization& one_shot, const GuessedMotion& motion);
 	std::vector<Hypothesis> places_near(
 	    const PoseDensity& predicted, const Localizer& localizer, const Scan& scan, std::vector<Hypothesis> one_shot,
