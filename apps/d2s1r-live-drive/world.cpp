@@ -14,10 +14,11 @@ namespace
 {
 constexpr double kClearance = 0.4;             // [m] to walls
 constexpr double kTurn = 2, kTurnAhead = 0.2;  // [rad/m] of the speed, without and with a way ahead
+constexpr double kStep = 0.005;                // [s] in which the robot moves
 }  // namespace
 
 World::World(Grid grid, const WorldSettings& settings)
-    : grid_(std::move(grid)), settings_(settings), random_(settings.seed)
+    : grid_(std::move(grid)), settings_(settings), random_(settings.seed), noise_(settings.seed)
 {
 	pose_ = place_with_room();
 	std::uniform_real_distribution<double> radius(0.15, 0.5);
@@ -63,16 +64,24 @@ void World::carry_away()
 
 void World::move(double seconds)
 {
+	const auto before = pose_;
+	for (owed_ += seconds; owed_ >= kStep; owed_ -= kStep) step();
+	const auto motion = pose_ - before;
+	std::normal_distribution<double> measured(1, settings_.odometry_error);
+	const double way = measured(noise_), turn = measured(noise_);
+	odometry_ = odometry_ + mrpt::poses::CPose2D(motion.x() * way, motion.y() * way, motion.phi() * turn);
+}
+
+void World::step()
+{
 	bool is_free = true;
 	for (const double angle : {-0.6, -0.3, 0.0, 0.3, 0.6})
 		is_free = is_free && cast(pose_.x(), pose_.y(), pose_.phi() + angle, 1) >= 2 * kClearance;
 	constexpr double kLeastTurning = 0.3;  // [s]
-	turning_ = is_free ? turning_ - seconds : kLeastTurning;
+	turning_ = is_free ? turning_ - kStep : kLeastTurning;
 	const bool turns = turning_ > 0;
-	const double way = settings_.speed * seconds, ahead = turns ? 0 : way, turn = (turns ? kTurn : kTurnAhead) * way;
-	std::normal_distribution<double> measured(1, settings_.odometry_error);
+	const double way = settings_.speed * kStep, ahead = turns ? 0 : way, turn = (turns ? kTurn : kTurnAhead) * way;
 	pose_ = pose_ + mrpt::poses::CPose2D(ahead, 0, turn);
-	odometry_ = odometry_ + mrpt::poses::CPose2D(ahead * measured(random_), 0, turn * measured(random_));
 }
 
 /// Returns the range [m] to the first occupied cell, cell by cell along the beam; infinity beyond `range`.
@@ -115,7 +124,7 @@ std::vector<float> World::scan()
 	for (int i = 0; i < settings_.beams; i++)
 	{
 		const double angle = laser.phi() + first_angle() + i * angle_step();
-		ranges.push_back(static_cast<float>(cast(laser.x(), laser.y(), angle, settings_.range) + noise(random_)));
+		ranges.push_back(static_cast<float>(cast(laser.x(), laser.y(), angle, settings_.range) + noise(noise_)));
 	}
 	return ranges;
 }

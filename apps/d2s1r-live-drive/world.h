@@ -26,7 +26,8 @@ struct WorldSettings
 /// Where the laser is on the robot [m, rad].
 inline const mrpt::poses::CPose2D kLaserOnRobot(0.2, 0.05, 0.1);
 
-/// A building with a robot in it. The same settings give the same drive.
+/// A building with a robot in it. The same settings give the same drive, whenever the robot is asked where it is and
+/// whatever is measured on the way.
 class World
 {
    public:
@@ -50,11 +51,14 @@ class World
 	mrpt::poses::CPose2D place_with_room();
 	bool has_room(double x, double y, double clearance) const;
 	double cast(double x, double y, double angle, double range) const;
+	void step();
 
 	Grid grid_;  //!< with the clutter
 	WorldSettings settings_;
-	std::mt19937 random_;
+	std::mt19937 random_;  //!< of the building, and of where the robot is put
+	std::mt19937 noise_;   //!< of what is measured
 	mrpt::poses::CPose2D pose_, odometry_;
 	double turning_ = 0;  //!< [s] for which the robot goes on to turn
+	double owed_ = 0;     //!< [s] that it still has to drive, less than a step
 };
 }  // namespace d2s1r::drive
