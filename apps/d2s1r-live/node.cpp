@@ -295,6 +295,29 @@ class Node
 
 	void take_messages()
 	{
+		take_motion();
+		take(
+		    topics_.maps, ros::decode_occupancy_grid,
+		    [&](const ros::OccupancyGrid& map, PublisherId publisher) { live_.add_map(map, publisher); });
+		for (Reader& tracker : topics_.trackers)
+			take(
+			    tracker, ros::decode_stamped_pose,
+			    [&](const ros::StampedPose& pose, PublisherId publisher)
+			    {
+				    rivals_.hear(tracker.topic(), publisher, steady_now());
+				    live_.add_tracker_pose(pose.header, pose.pose);
+			    });
+		if (topics_.suggestions)
+			take(
+			    *topics_.suggestions, ros::decode_stamped_pose,
+			    [&](const ros::StampedPose& pose) { live_.suggest(pose.header, pose.pose); });
+		topics_.requests.take([&](ros::Bytes, PublisherId) { live_.request(); });
+		for (Reader& scans : topics_.scans) take_scans(scans);
+	}
+
+	/// Takes where the laser is, and how the robot moves.
+	void take_motion()
+	{
 		take(
 		    topics_.static_transforms, ros::decode_transforms,
 		    [&](const auto& transforms, PublisherId publisher)
@@ -321,23 +344,6 @@ class Node
 			    rivals_.hear(topics_.odometry.topic(), publisher, steady_now());
 			    live_.add_odometry(odometry);
 		    });
-		take(
-		    topics_.maps, ros::decode_occupancy_grid,
-		    [&](const ros::OccupancyGrid& map, PublisherId publisher) { live_.add_map(map, publisher); });
-		for (Reader& tracker : topics_.trackers)
-			take(
-			    tracker, ros::decode_stamped_pose,
-			    [&](const ros::StampedPose& pose, PublisherId publisher)
-			    {
-				    rivals_.hear(tracker.topic(), publisher, steady_now());
-				    live_.add_tracker_pose(pose.header, pose.pose);
-			    });
-		if (topics_.suggestions)
-			take(
-			    *topics_.suggestions, ros::decode_stamped_pose,
-			    [&](const ros::StampedPose& pose) { live_.suggest(pose.header, pose.pose); });
-		topics_.requests.take([&](ros::Bytes, PublisherId) { live_.request(); });
-		for (Reader& scans : topics_.scans) take_scans(scans);
 	}
 
 	void check_tracked(const Reader& reader, const std::vector<ros::Transform>& transforms, PublisherId publisher) const
@@ -402,12 +408,17 @@ class Node
 		for (const ScanAnswer& answer : answers) send(answer);
 	}
 
+	/// Sends where the robot is now, for a machine that is busy may have taken long for the scan.
+	void send(const Seed& made)
+	{
+		take_motion();
+		const Seed seed = live_.carried(made);
+		topics_.seeds.write(pose_message(seed.time, seed.frame, seed.pose, seed.covariance).message);
+	}
+
 	void send(const ScanAnswer& answer)
 	{
-		if (answer.seed)
-			topics_.seeds.write(
-			    pose_message(answer.seed->time, answer.seed->frame, answer.seed->pose, answer.seed->covariance)
-			        .message);
+		if (answer.seed) send(*answer.seed);
 		const bool is_sent_later = topics_.tracked_transforms && live_.has_odometry();
 		if (answer.localization.status == Status::kLocalized && !is_sent_later)
 		{

@@ -208,6 +208,11 @@ std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 	return answers;
 }
 
+Seed LiveLocalizer::carried(const Seed& seed) const
+{
+	return state_->carried(seed);
+}
+
 std::vector<std::string> LiveLocalizer::take_news()
 {
 	State& state = *state_;

@@ -148,10 +148,17 @@ std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std
 		                 : "somebody publishes odometry and none has come, and the robot moves";
 		return std::nullopt;
 	}
-	const auto then = robot.track().at(given.time), at_newest = robot.track().at(*newest);
-	if (!then || !at_newest) return seed;
+	return carried(std::move(seed));
+}
+
+Seed LiveLocalizer::State::carried(Seed seed) const
+{
+	const auto newest = robot.track().newest();
+	if (!newest || !expects_odometry() || robot.has_other_clock(seed.time)) return seed;
+	const auto then = robot.track().at(seed.time), now = robot.track().at(*newest);
+	if (!then || !now) return seed;
 	seed.time = *newest;
-	seed.pose = best.pose + (*at_newest - *then);
+	seed.pose = seed.pose + (*now - *then);
 	return seed;
 }
 

@@ -143,6 +143,7 @@ struct LiveLocalizer::State
 	void judge_others(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion);
 	void tell_suggestion();
 	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;
+	Seed carried(Seed seed) const;
 	void tell_found(const WaitingScan& scan);
 };
 }  // namespace d2s1r::live

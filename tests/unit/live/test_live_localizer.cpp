@@ -262,6 +262,24 @@ TEST(LiveLocalizer, MovesASeedToTheNewestTransform)
 	EXPECT_LT(distance_between(answers.front().seed->pose, drive.robot.pose), 0.1);
 }
 
+TEST(LiveLocalizer, CarriesASeedByTheOdometryThatCameMeanwhile)
+{
+	Drive drive;
+	drive.begin();
+	drive.takes_seeds = false;
+	drive.steps(4);
+	ASSERT_EQ(drive.seeds.size(), 1U);
+	const Seed seed = drive.seeds.front().first;
+	EXPECT_EQ(drive.live.carried(seed).time, seed.time);
+	drive.robot.time += kSecond / 2;
+	drive.robot.move(0.1, 0.6);
+	drive.live.add_transforms(drive.robot.odometry_transform(), false);
+	const Seed carried = drive.live.carried(seed);
+	EXPECT_EQ(carried.time, drive.robot.time);
+	EXPECT_LT(distance_between(carried.pose, drive.robot.pose), 0.1);
+	EXPECT_LT(std::abs(mrpt::math::angDistance(carried.pose.phi(), drive.robot.pose.phi())), 0.05);
+}
+
 TEST(LiveLocalizer, SeedsATrackerThatStartsLater)
 {
 	Drive drive;

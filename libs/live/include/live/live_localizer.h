@@ -188,6 +188,10 @@ class LiveLocalizer
 	/// Answers the scans that can be answered now. If the clock ran back, transforms, window and watch start again.
 	std::vector<ScanAnswer> update(Time now);
 
+	/// Returns a seed with where the robot is by the newest odometry: more may have come while the scan was localized,
+	/// and a tracker such as nav2's takes a seed as if it told of the present.
+	Seed carried(const Seed& seed) const;
+
 	/// Says how it goes.
 	LiveStatus status(Time now) const;
 
