@@ -65,6 +65,13 @@ void add_options(CLI::App& parser, DriveSettings& settings)
 	troubles.value("--return", "SECONDS", "start it again after SECONDS (default 2)", number(settings.until_return, 0));
 	app::OptionGroup other(parser, "Other");
 	other.value(
+	    "--tracker", "COMMAND", "run this, such as nav2's amcl, as the tracker (default: one that knows no map)",
+	    [&](const std::string& text) { settings.tracker = text; });
+	other.flag("--no-map", "leave /map to somebody else, such as nav2's map_server", settings.leaves_map);
+	other.value(
+	    "--log", "FILE.csv", "where the robot was at each scan, and where map -> odom of /tf says that it was",
+	    [&](const std::string& text) { settings.log = text; });
+	other.value(
 	    "--seed", "N", "of all that is random (default 1)",
 	    [&](const std::string& text) { world.seed = static_cast<unsigned>(parse_whole_number(text, 0, 4294967295)); });
 	other.value(

@@ -73,7 +73,6 @@ struct Robot
 {
 	explicit Robot(const DriveSettings& settings)
 	    : participant(settings),
-	      map(participant.entity, nav_msgs_msg_dds__OccupancyGrid__desc, settings.space + "/map", {true, true, 1}),
 	      transforms(participant.entity, tf2_msgs_msg_dds__TFMessage__desc, settings.space + "/tf", {true, false, 100}),
 	      static_transforms(
 	          participant.entity, tf2_msgs_msg_dds__TFMessage__desc, settings.space + "/tf_static", {true, true, 1}),
@@ -81,6 +80,8 @@ struct Robot
 	      scans(participant.entity, sensor_msgs_msg_dds__LaserScan__desc, settings.space + "/scan", {false, false, 5}),
 	      poses(participant.entity, kPoseType, settings.space + "/d2s1r/pose", {true, false, 10}),
 	      tracker(participant.entity, kPoseType, settings.space + "/amcl_pose", {true, true, 1}),
+	      told_transforms(
+	          participant.entity, tf2_msgs_msg_dds__TFMessage__desc, settings.space + "/tf", {true, false, 100, true}),
 	      markers(
 	          participant.entity, visualization_msgs_msg_dds__MarkerArray__desc, settings.space + "/d2s1r/markers",
 	          {true, true, 1}),
@@ -88,10 +89,16 @@ struct Robot
 	{
 		waiter.add(poses);
 		waiter.add(tracker);
+		waiter.add(told_transforms);
+		if (!settings.leaves_map)
+			map.emplace(
+			    participant.entity, nav_msgs_msg_dds__OccupancyGrid__desc, settings.space + "/map",
+			    live::Quality{true, true, 1});
 	}
 
 	void publish_map(const Grid& grid)
 	{
+		if (!map) return;
 		std::vector<std::int8_t> percent;
 		for (const Cell cell : grid.cells)
 			percent.push_back(static_cast<std::int8_t>(cell == Cell::kFree ? 0 : cell == Cell::kOccupied ? 100 : -1));
@@ -103,7 +110,7 @@ struct Robot
 		message.info.origin.position = {grid.origin_x, grid.origin_y, 0};
 		message.info.origin.orientation.w = 1;
 		point_to(message.data, percent);
-		map.write(message);
+		map->write(message);
 	}
 
 	static void publish_transform(
@@ -145,11 +152,11 @@ struct Robot
 	}
 
 	Participant participant;
-	Writer<nav_msgs_msg_dds__OccupancyGrid_> map;
+	std::optional<Writer<nav_msgs_msg_dds__OccupancyGrid_>> map;  //!< none if somebody else publishes it
 	Writer<tf2_msgs_msg_dds__TFMessage_> transforms, static_transforms;
 	Writer<nav_msgs_msg_dds__Odometry_> odometry;
 	Writer<sensor_msgs_msg_dds__LaserScan_> scans;
-	Reader poses, tracker, markers;
+	Reader poses, tracker, told_transforms, markers;
 	live::Waiter waiter;
 };
 
@@ -163,7 +170,8 @@ void take(Reader& reader, const Decode& decode, const Use& use)
 class TrackerProcess
 {
    public:
-	TrackerProcess() { start(); }
+	/// \param command of the shell that is the tracker; empty: track()
+	explicit TrackerProcess(std::string command) : command_(std::move(command)) { start(); }
 	~TrackerProcess() { kill(); }
 	TrackerProcess(const TrackerProcess&) = delete;
 	TrackerProcess& operator=(const TrackerProcess&) = delete;
@@ -172,16 +180,11 @@ class TrackerProcess
 	{
 		int ends[2] = {-1, -1};
 		if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0) throw std::runtime_error("there is no pipe to be had");
-		posix_spawn_file_actions_t actions{};
-		posix_spawn_file_actions_init(&actions);
-		posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-		setenv(kIsTracker, "1", 1);
-		const int error = posix_spawn(&id_, "/proc/self/exe", &actions, nullptr, words.data(), environ);
-		unsetenv(kIsTracker);
-		posix_spawn_file_actions_destroy(&actions);
-		close(ends[1]);
 		seeds_ = ends[0];
+		const int error = is_ours() ? start_ours(ends[1]) : start_other();
+		close(ends[1]);
 		if (error != 0) throw std::runtime_error("the tracker's process cannot be started");
+		starts_++;
 	}
 
 	void kill()
@@ -204,13 +207,35 @@ class TrackerProcess
 	}
 
 	bool is_running() const { return id_ != 0; }
+	bool is_ours() const { return command_.empty(); }
+	int starts() const { return starts_; }
 
 	inline static std::vector<char*> words;  //!< of the command line, for the process
 
    private:
+	int start_ours(int seeds)
+	{
+		posix_spawn_file_actions_t actions{};
+		posix_spawn_file_actions_init(&actions);
+		posix_spawn_file_actions_adddup2(&actions, seeds, STDOUT_FILENO);
+		setenv(kIsTracker, "1", 1);
+		const int error = posix_spawn(&id_, "/proc/self/exe", &actions, nullptr, words.data(), environ);
+		unsetenv(kIsTracker);
+		posix_spawn_file_actions_destroy(&actions);
+		return error;
+	}
+
+	int start_other()
+	{
+		std::string shell = "sh", option = "-c", command = "exec " + command_;
+		char* arguments[] = {shell.data(), option.data(), command.data(), nullptr};
+		return posix_spawn(&id_, "/bin/sh", nullptr, nullptr, arguments, environ);
+	}
+
+	std::string command_;
 	pid_t id_ = 0;
 	int seeds_ = -1;  //!< descriptor that gets a byte for each seed
-	int count_ = 0;
+	int count_ = 0, starts_ = 0;
 };
 
 struct Result
@@ -251,8 +276,13 @@ class Drive
 	    : settings_(settings),
 	      grid_(make_grid(*load_map(settings.map), {})),
 	      world_(grid_, settings.world),
+	      tracker_(settings.tracker),
 	      robot_(settings)
 	{
+		if (settings.log.empty()) return;
+		log_.open(settings.log);
+		log_ << "time,x,y,yaw_deg,told_x,told_y,told_yaw_deg,kidnappings,starts_of_tracker\n";
+		if (!log_) throw app::UserError(app::kBadOutput, settings.log, "cannot be written");
 	}
 
 	Result run()
@@ -290,7 +320,8 @@ class Drive
 		return result_;
 	}
 
-	int count_seeds() { return tracker_.count_seeds(); }
+	/// Returns how many seeds the tracker took, in words; nothing for one that does not tell.
+	std::string seeds() { return tracker_.is_ours() ? mrpt::format(", %d seeds", tracker_.count_seeds()) : ""; }
 
    private:
 	static Clock::time_point after(Clock::time_point time, double seconds)
@@ -323,6 +354,17 @@ class Drive
 		result_.scans++;
 		const bool is_told = Clock::now() - tracked_at_ < std::chrono::seconds(1);
 		if (is_told && tracked_.distanceTo(world_.pose()) < 1) result_.right++;
+		if (log_.is_open()) log(time);
+	}
+
+	/// Writes where the robot is, and where map -> odom says that it is.
+	void log(live::Time time)
+	{
+		const auto text = [](const CPose2D& pose)
+		{ return mrpt::format("%.4f,%.4f,%.3f", pose.x(), pose.y(), mrpt::RAD2DEG(pose.phi())); };
+		log_ << mrpt::format("%.3f,", static_cast<double>(time) / live::kSecond) << text(world_.pose()) << ','
+		     << (told_ ? text(*told_ + world_.odometry()) : ",,") << ',' << result_.kidnappings << ','
+		     << tracker_.starts() << std::endl;
 	}
 
 	/// Carries the robot away and kills its tracker, when it is time to.
@@ -342,7 +384,9 @@ class Drive
 			return_at_ = after(now, settings_.until_return);
 			crash_at_ = after(crash_at_, settings_.between_crashes);
 		}
-		if (!tracker_.is_running() && now >= return_at_) tracker_.start();
+		if (tracker_.is_running() || now < return_at_) return;
+		tracker_.start();
+		told_.reset();
 	}
 
 	void listen()
@@ -365,6 +409,13 @@ class Drive
 			    if (!pose.pose) return;
 			    tracked_ = CPose2D(*pose.pose);
 			    tracked_at_ = Clock::now();
+		    });
+		take(
+		    robot_.told_transforms, ros::decode_transforms,
+		    [&](const std::vector<ros::Transform>& transforms)
+		    {
+			    for (const auto& one : transforms)
+				    if (one.header.frame == kMap && one.child == kOdometry && one.pose) told_ = CPose2D(*one.pose);
 		    });
 		if (!settings_.markers.empty()) take_markers();
 	}
@@ -395,6 +446,8 @@ class Drive
 	std::map<live::Time, std::pair<Clock::time_point, CPose2D>>
 	    sent_;  //!< what a pose may be about, and where the robot was
 	CPose2D tracked_;
+	std::optional<CPose2D> told_;  //!< map -> odom, since the tracker was started
+	std::ofstream log_;
 	Clock::time_point tracked_at_, moved_at_, kidnapping_at_, crash_at_, return_at_;
 };
 }  // namespace
@@ -405,9 +458,9 @@ std::string drive(const DriveSettings& settings)
 	Result result = going.run();
 	if (!settings.markers.empty()) std::ofstream(settings.markers) << result.markers;
 	std::string line = mrpt::format(
-	    "%d scans, %d times carried away, %d seeds; the tracker was right (1 m) at %d scans; %d poses, of which right "
+	    "%d scans, %d times carried away%s; the tracker was right (1 m) at %d scans; %d poses, of which right "
 	    "(0.1 m) %d",
-	    result.scans, result.kidnappings, going.count_seeds(), result.right, result.answers, result.right_answers);
+	    result.scans, result.kidnappings, going.seeds().c_str(), result.right, result.answers, result.right_answers);
 	auto& times = result.milliseconds;
 	std::sort(times.begin(), times.end());
 	if (!times.empty())

@@ -13,7 +13,10 @@ struct DriveSettings
 {
 	std::string map;
 	double seconds = 30;
-	std::string markers;  //!< file for the markers with the most hypotheses; empty: none
+	std::string markers;      //!< file for the markers with the most hypotheses; empty: none
+	std::string log;          //!< file for where the robot and its tracker were at each scan; empty: none
+	std::string tracker;      //!< command of the shell that is the tracker; empty: track()
+	bool leaves_map = false;  //!< to somebody else's /map
 	WorldSettings world;
 	double scan_rate = 10, odometry_rate = 50;  //!< [Hz]
 	double scan_time = 0;                       //!< [s] that the scans tell, though all beams are taken at once

@@ -1,6 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // d2s1r-live beside the simulated robot that users have.
+#include <mrpt/poses/CPose2D.h>
+
+#include <optional>
 #include <regex>
+#include <sstream>
 
 #include "live_test.h"
 
@@ -26,6 +30,38 @@ Drove parse(const std::string& line)
 	if (!std::regex_match(line, found, form)) throw std::runtime_error("another line: " + line);
 	const auto number = [&](int i) { return std::stoi(found[static_cast<std::size_t>(i)]); };
 	return {number(1), number(2), number(3), number(4), number(5), number(6)};
+}
+
+/// A row of the log of a drive.
+struct LoggedScan
+{
+	mrpt::poses::CPose2D robot;                //!< in map
+	std::optional<mrpt::poses::CPose2D> told;  //!< robot in map, by its tracker
+	int kidnappings = 0, starts = 0;
+};
+using Logged = std::vector<LoggedScan>;
+
+Logged read_log(const std::string& file)
+{
+	Logged log;
+	auto lines = lines_of(read_file(file));
+	lines.erase(lines.begin());
+	for (const std::string& line : lines)
+	{
+		std::vector<std::string> fields;
+		std::istringstream in(line);
+		for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
+		const auto pose = [&](std::size_t first)
+		{
+			return mrpt::poses::CPose2D(
+			    std::stod(fields.at(first)), std::stod(fields.at(first + 1)),
+			    mrpt::DEG2RAD(std::stod(fields.at(first + 2))));
+		};
+		LoggedScan scan{pose(1), {}, std::stoi(fields.at(7)), std::stoi(fields.at(8))};
+		if (!fields.at(4).empty()) scan.told = pose(4);
+		log.push_back(scan);
+	}
+	return log;
 }
 }  // namespace
 
@@ -78,6 +114,42 @@ TEST_F(LiveTest, TheSimulatedRobotJudgesPosesBetweenScans)
 	stop(live);
 }
 
+TEST_F(LiveTest, TheSimulatedRobotTakesTheSameWayWhateverIsMeasured)
+{
+	const auto end_of = [&](const Words& options)
+	{
+		Words words = {D2S1R_LIVE_DRIVE, kOffice,     "3",        "--domain", std::to_string(test_domain()),
+		               "--kidnap",       "1",         "--speed",  "0",        "--log",
+		               path("log.csv"),  "--tracker", "sleep 100"};
+		words.insert(words.end(), options.begin(), options.end());
+		EXPECT_EQ(run_program(words).status, 0);
+		const Logged log = read_log(path("log.csv"));
+		EXPECT_EQ(log.back().kidnappings, 2);
+		return log.back().robot;
+	};
+	LiveProcess live = start_live({"--seed", "never"});
+	const auto end = end_of({});
+	EXPECT_LT(end.distanceTo(end_of({"--odom-rate", "20", "--beams", "90"})), 1e-3);
+	EXPECT_GT(end.distanceTo(end_of({"--seed", "2"})), 0.1);
+	stop(live);
+}
+
+TEST_F(LiveTest, TheSimulatedRobotLogsWhatATrackerOfSomebodyElseSays)
+{
+	LiveProcess live = start_live({"--track", "--map", kOffice});
+	const auto result = run_program(
+	    {D2S1R_LIVE_DRIVE, kOffice, "8", "--domain", std::to_string(test_domain()), "--kidnap", "0", "--no-map",
+	     "--tracker", "sleep 100", "--crash", "5", "--return", "1", "--log", path("log.csv")});
+	EXPECT_EQ(result.status, 0) << result.err;
+	EXPECT_EQ(result.out.find("seeds"), std::string::npos) << result.out;
+	const Logged log = read_log(path("log.csv"));
+	EXPECT_EQ(log.back().starts, 2);
+	std::size_t right = 0;
+	for (const LoggedScan& scan : log) right += scan.told && scan.told->distanceTo(scan.robot) < 0.3 ? 1 : 0;
+	EXPECT_GE(right, log.size() / 2) << said();
+	stop(live);
+}
+
 TEST_F(LiveTest, TheSimulatedRobotRefusesWrongUse)
 {
 	const auto refuse = [&](const Words& words, int status, const std::string& part)
@@ -93,5 +165,6 @@ TEST_F(LiveTest, TheSimulatedRobotRefusesWrongUse)
 	refuse({kOffice, "soon"}, 1, "'soon' is not a time");
 	refuse({kOffice, "1", "--bems", "3"}, 1, "did you mean --beams?");
 	refuse({path("none.yaml"), "1"}, 2, path("none.yaml"));
+	refuse({kOffice, "1", "--log", path("none/log.csv")}, 3, path("none/log.csv"));
 }
 }  // namespace d2s1r::test
