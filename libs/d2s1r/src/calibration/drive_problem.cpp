@@ -26,10 +26,12 @@ double difference(std::size_t unknown, double a, double b)
 
 std::optional<TPose2D> Track::at(double time) const
 {
+	constexpr double kBeyond = 0.2;  // [s] in which a robot goes on as before; a scan may end after the last reading
+	if (poses_.empty() || time < poses_.front().time - kBeyond || time > poses_.back().time + kBeyond)
+		return std::nullopt;
+	if (poses_.size() == 1) return poses_.front().robot;
 	const auto after = std::lower_bound(
-	    poses_.begin(), poses_.end(), time, [](const TimedPose& pose, double t) { return pose.time < t; });
-	if (after == poses_.end() || (after == poses_.begin() && after->time > time)) return std::nullopt;
-	if (after == poses_.begin()) return after->robot;
+	    poses_.begin() + 1, poses_.end() - 1, time, [](const TimedPose& pose, double t) { return pose.time < t; });
 	const TPose2D &a = std::prev(after)->robot, &b = after->robot;
 	const double share = (time - std::prev(after)->time) / (after->time - std::prev(after)->time);
 	return TPose2D(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.phi + share * wrapToPi(b.phi - a.phi));

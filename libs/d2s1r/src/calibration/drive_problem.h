@@ -32,7 +32,8 @@ class Track
 	/// \param poses which must live as long
 	explicit Track(const std::vector<TimedPose>& poses) : poses_(poses) {}
 
-	/// Returns the pose at a time [s] by the odometry's clock; no value before the first pose and after the last one.
+	/// Returns the pose at a time [s] by the odometry's clock; no value long before the first pose or after the last
+	/// one.
 	std::optional<mrpt::math::TPose2D> at(double time) const;
 
 	/// Returns how the robot moved from one time [s] to another by the clock of the scans, as the odometry has it, and
