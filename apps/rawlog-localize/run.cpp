@@ -224,27 +224,28 @@ ExitStatus finish(
 /// Gives the command what the drive shows of the lasers that are used, where it contradicts the messages. Returns what
 /// it shows of the chosen one.
 DriveCalibration calibrate_lasers(
-    const logs::Log& log, const logs::Sensor& sensor, const Localizer& localizer, CommandLine& command,
-    Console& console)
+    const logs::Log& log, const logs::Sensor& sensor, const Atlas& atlas, CommandLine& command, Console& console)
 {
-	DriveCalibration chosen;
-	if (command.log.is_live() || command.log.is_as_told) return chosen;
-	const logs::Overrides of_command = command.log.overrides;  // which are about the chosen laser
+	if (command.log.is_live() || command.log.is_as_told) return {};
+	const bool is_brief = !command.output.calibrate && !command.output.diagnose;
+	const auto calibrate = [&](const logs::Sensor& laser, const logs::Overrides& overrides)
+	{
+		DriveCalibration shown = calibrate_by_drive(log, laser, overrides, command.search, atlas, is_brief);
+		if (!shown.line.empty()) console.note(command.log.file, {shown.line});
+		return shown;
+	};
+	DriveCalibration chosen = calibrate(sensor, command.log.overrides);
+	command.log.overrides = chosen.overrides;
+	logs::Overrides of_odometry;
+	of_odometry.is_odometry_mirrored = chosen.overrides.is_odometry_mirrored;
+	of_odometry.odometry_clock = chosen.overrides.odometry_clock;
 	for (const logs::Sensor& other : log.survey.sensors)
 	{
-		const bool is_chosen = other.label == sensor.label;
-		if (!is_chosen && !command.log.merge_lasers) continue;
-		const DriveCalibration calibrated = calibrate_by_drive(
-		    log, other, is_chosen ? of_command : logs::Overrides(), command.search, localizer,
-		    !command.output.calibrate && !command.output.diagnose);
-		if (is_chosen) chosen = calibrated;
-		if (!is_chosen && calibrated.overrides.sweep)
-			command.log.overrides.sweeps_of_others[other.label] = *calibrated.overrides.sweep;
+		if (other.label == sensor.label || !command.log.merge_lasers) continue;
+		const DriveCalibration shown = calibrate(other, of_odometry);
+		command.log.overrides.of_others[other.label] = shown.overrides;
+		if (chosen.doubt.why.empty()) chosen.doubt = shown.doubt;
 	}
-	const auto of_others = command.log.overrides.sweeps_of_others;
-	command.log.overrides = chosen.overrides;
-	command.log.overrides.sweeps_of_others = of_others;
-	if (!chosen.line.empty()) console.note(command.log.file, {chosen.line});
 	if (!chosen.doubt.why.empty())
 		console.note(
 		    command.log.file, {chosen.doubt.why + ": no pose counts as localized; --as-told believes the messages"});
@@ -280,9 +281,9 @@ ExitStatus localize(
 	if (!request.is_live()) prepare();
 	const Atlas atlas = atlas_of(maps);
 	const Localizer& localizer = *maps.front().localizer;
-	const bool can_tell = sources.front().atlas.empty() && parameters.method == Method::kDefault;
+	const bool can_tell = parameters.method == Method::kDefault;
 	DriveCalibration drive;
-	if (can_tell) drive = calibrate_lasers(log, sensor, localizer, command, console);
+	if (can_tell) drive = calibrate_lasers(log, sensor, atlas, command, console);
 	const FrameStore unknown{{}};
 	RunReport report{command, parameters, outputs ? outputs->frames() : unknown, maps, sensor};
 	report.drive = drive;
@@ -321,7 +322,8 @@ ExitStatus diagnose_only(CommandLine command, const MapSource& source, Console& 
 	const auto localizer = build_map(source, waiting_at(console));
 	console.note(source.entry.file, doubts_about_map(source.entry.file, *localizer));
 	const FrameSelection selection = select_frames(command.log.frames, sensor);
-	const DriveCalibration calibrated = calibrate_lasers(log, sensor, *localizer, command, console);
+	const Atlas atlas(std::vector<AtlasMap>{{"", localizer, command.search.query.prior}});
+	const DriveCalibration calibrated = calibrate_lasers(log, sensor, atlas, command, console);
 	if (command.output.calibrate)
 	{
 		console.print(table_of(calibrated));

@@ -132,65 +132,22 @@ class SampleChooser
 	DriveSamples samples_;
 };
 
-/// Another way in which a laser may be mounted or read, if its scans fit nowhere as the messages say.
-struct Mounting
-{
-	ros::Overrides overrides{};
-	std::string text{};  //!< for people
-
-	/// Returns the given overrides with these.
-	logs::Overrides over(logs::Overrides given) const
-	{
-		const auto take = [](auto& to, const auto& from) { to = from ? from : to; };
-		take(given.sensor_pose, overrides.sensor_pose);
-		take(given.beam_angles, overrides.beam_angles);
-		take(given.min_range, overrides.min_range);
-		return given;
-	}
-};
-
 /// Returns the pose of the laser on the robot by a scan.
 CPose3D laser_of(const LoggedScan& scan, double middle_angle)
 {
 	return scan.observation->sensor_on_robot + CPose3D(0, 0, 0, -middle_angle, 0, 0);
 }
 
-LoggedScan mounted(const LoggedScan& scan, const Mounting& mounting, double middle_angle)
-{
-	const auto read = std::make_shared<logs::RecordedScan>(*scan.observation);
-	ros::apply(mounting.overrides, middle_angle, *read);
-	const bool is_mended = logs::is_answered(scan.unusable, mounting.over({}));
-	return {read, scan.sweep, is_mended ? logs::ScanDoubt() : scan.unusable};
-}
-
-/// Returns up to where [m] the robot sees itself: beams that measure the same in all scans of a drive, and least; 0 if
-/// there are few of them.
-double own_body_in(const DriveSamples& samples)
-{
-	constexpr std::size_t kFewestScans = 6, kShare = 20;  // [-], of the beams at least one in so many
-	constexpr double kSame = 0.04;                        // [m] by which such a beam may differ
-	const std::size_t beams = samples.scans.front().observation->size();
-	if (samples.scans.size() < kFewestScans) return 0;
-	std::size_t own = 0;
-	double farthest = 0;
-	for (std::size_t i = 0; i < beams; i++)
-	{
-		double least = HUGE_VAL, most = 0;
-		for (const LoggedScan& scan : samples.scans)
-		{
-			const bool is_there = i < scan.observation->size() && scan.observation->is_valid(i);
-			const double range = is_there ? static_cast<double>(scan.observation->ranges[i]) : HUGE_VAL;
-			least = std::min(least, range), most = std::max(most, range);
-		}
-		if (most - least < kSame) own++, farthest = std::max(farthest, most);
-	}
-	return own * kShare > beams ? std::ceil(100 * farthest + 2) / 100 : 0;
-}
-
 /// Returns the samples by another mounting.
-DriveSamples mounted(DriveSamples samples, const Mounting& mounting)
+DriveSamples mounted(DriveSamples samples, const ros::Mounting& mounting)
 {
-	for (LoggedScan& scan : samples.scans) scan = mounted(scan, mounting, samples.middle_angle);
+	for (LoggedScan& scan : samples.scans)
+	{
+		const auto read = std::make_shared<logs::RecordedScan>(*scan.observation);
+		ros::apply(mounting.overrides, samples.middle_angle, *read);
+		scan.observation = read;
+		if (logs::is_answered(scan.unusable, mounting.overrides)) scan.unusable = {};
+	}
 	if (const auto& angles = mounting.overrides.beam_angles)
 		samples.middle_angle = 0.5 * (angles->first + angles->last);
 	return samples;
@@ -203,16 +160,17 @@ using Answers = std::vector<std::optional<Localization>>;
 /// \param numbers [-] of them
 void localize(
     const DriveSamples& samples, const std::vector<std::size_t>& numbers, const SearchRequest& search,
-    const Localizer& localizer, Answers& answers)
+    const Atlas& atlas, Answers& answers)
 {
+	const ScanParameters& parameters = atlas.maps().front().localizer->parameters().scan;
+	const Query query = {{}, search.query.time_budget, search.query.stop};  // maps have their regions
 	parallel_for(
 	    numbers.size(), search.threads,
 	    [&](std::size_t i)
 	    {
 		    auto& answer = answers[numbers[i]];
 		    if (answer || interrupted()) return;
-		    Localization found =
-		        localizer.localize(scan_of(samples.scans[numbers[i]], localizer.parameters().scan), search.query);
+		    Localization found = atlas.localize(scan_of(samples.scans[numbers[i]], parameters), query);
 		    if (!interrupted()) answer = std::move(found);  // else the search may have been stopped
 	    });
 }
@@ -237,54 +195,27 @@ std::size_t found_of(const Answers& answers)
 
 /// Returns the mounting by which most scans are found, if these are far more than by that of the messages.
 /// \param as_told answers by that of the messages
-Mounting other_mounting(
+ros::Mounting other_mounting(
     const DriveSamples& samples, const logs::Sensor& sensor, const logs::Overrides& overrides,
-    const SearchRequest& search, const Localizer& localizer, const Answers& as_told)
+    const SearchRequest& search, const Atlas& atlas, const Answers& as_told)
 {
 	constexpr std::size_t kStep = 3;  // [-] of the scans, one in so many is tried
-	std::vector<Mounting> others;
-	const auto add = [&](const CPose3D& laser, const char* text)
-	{
-		ros::Overrides as_mounted;
-		as_mounted.sensor_pose = laser;
-		others.push_back({as_mounted, text});
-	};
-	CPose3D told = laser_of(samples.scans.front(), samples.middle_angle);  // MRPT computes its angles in place
-	const CPose3D level(told.x(), told.y(), told.z(), told.yaw(), 0, 0), upside_down(0, 0, 0, 0, 0, M_PI);
-	const bool is_tilted = samples.scans.front().unusable.field == logs::ScanDoubt::Field::kLaserPose;
-	if (!overrides.sensor_pose) add(told + upside_down, "scans mirrored");
-	if (!overrides.sensor_pose && is_tilted)
-	{
-		add(level, "laser level");
-		add(level + upside_down, "laser level, scans mirrored");
-	}
-	ros::Overrides other;
-	if (const double own = own_body_in(samples); own > 0 && !overrides.min_range)
-	{
-		other.min_range = own;
-		others.push_back(
-		    {other, mrpt::format("beams that see the same below %g m in all scans are the robot itself", own)});
-	}
-	if (sensor.other_angles && !overrides.beam_angles)
-	{
-		other = {};
-		other.beam_angles = sensor.other_angles->angles;
-		others.push_back({other, "angles of the beams: " + sensor.other_angles->because});
-	}
-	Mounting best;
 	const std::vector<std::size_t> tried = each(samples, kStep);
-	std::size_t most = 2;
-	for (const std::size_t i : tried) most += is_localized(as_told[i]);
-	for (const Mounting& mounting : others)
+	const LoggedScan& first = samples.scans.front();
+	std::vector<std::shared_ptr<const RangeScan>> scans;
+	for (const LoggedScan& scan : samples.scans) scans.push_back(scan.observation);
+	const auto others = ros::other_mountings(
+	    scans, laser_of(first, samples.middle_angle), first.unusable.field == logs::ScanDoubt::Field::kLaserPose,
+	    sensor.other_angles, overrides);
+	const auto found_by = [&](const ros::Mounting& mounting)
 	{
 		Answers answers(samples.scans.size());
-		localize(mounted(samples, mounting), tried, search, localizer, answers);
-		const std::size_t found = found_of(answers);
-		if (2 * found < tried.size() || found <= most) continue;
-		most = found;
-		best = mounting;
-	}
-	return best;
+		localize(mounted(samples, mounting), tried, search, atlas, answers);
+		return found_of(answers);
+	};
+	const auto is_found = [&](std::size_t i) { return is_localized(as_told[i]); };
+	return ros::best_of(
+	    others, tried.size(), static_cast<std::size_t>(std::count_if(tried.begin(), tried.end(), is_found)), found_by);
 }
 
 /// Returns whether the laser stays where it is on the robot.
@@ -353,14 +284,26 @@ Beforehand beforehand_of(const DriveSamples& samples, const logs::Sensor& sensor
 	return known;
 }
 
-/// Returns the samples as the calibration takes them.
-std::vector<calibration::FoundScan> scans_of(const DriveSamples& samples, const Answers& answers)
+/// Returns the map in which most of the samples are found.
+const AtlasMap& map_of(const Atlas& atlas, const Answers& answers)
+{
+	std::map<std::string, int> found;
+	for (const auto& answer : answers)
+		if (is_localized(answer)) found[answer->best().map]++;
+	const auto is_less = [](const auto& a, const auto& b) { return a.second < b.second; };
+	const auto most = std::max_element(found.begin(), found.end(), is_less);
+	return found.empty() ? atlas.maps().front() : atlas.at(most->first);
+}
+
+/// Returns the samples as the calibration takes them: those in another map are not found.
+std::vector<calibration::FoundScan> scans_of(
+    const DriveSamples& samples, const Answers& answers, const std::string& map)
 {
 	std::vector<calibration::FoundScan> scans;
 	for (std::size_t i = 0; i < samples.scans.size(); i++)
 	{
 		const logs::RecordedScan& scan = *samples.scans[i].observation;
-		const bool is_found = is_localized(answers[i]);
+		const bool is_found = is_localized(answers[i]) && answers[i]->best().map == map;
 		scans.push_back(calibration::found_scan(
 		    scan, laser_of(samples.scans[i], samples.middle_angle), logs::to_seconds(scan.timestamp),
 		    is_found ? answers[i]->best().pose.asTPose() : mrpt::math::TPose2D()));
@@ -372,7 +315,7 @@ std::vector<calibration::FoundScan> scans_of(const DriveSamples& samples, const 
 /// Returns what a drive shows that agrees with the messages wherever these lead from scan to scan; no value if it may
 /// not agree. Only few scans are searched: the first one after each gap, and the last one.
 std::optional<calibration::Calibration> confirmation_of(
-    const DriveSamples& samples, const Beforehand& known, const SearchRequest& search, const Localizer& localizer,
+    const DriveSamples& samples, const Beforehand& known, const SearchRequest& search, const Atlas& atlas,
     Answers& answers)
 {
 	constexpr double kGap = 5;  // [s]
@@ -380,9 +323,11 @@ std::optional<calibration::Calibration> confirmation_of(
 	const auto time = [&](std::size_t i) { return logs::to_seconds(samples.scans[i].observation->timestamp); };
 	for (std::size_t i = 1; i + 1 < samples.scans.size(); i++)
 		if (time(i) - time(i - 1) > kGap) searched.push_back(i);
-	localize(samples, searched, search, localizer, answers);
-	const auto scans = calibration::follow(localizer.grid(), known.told, scans_of(samples, answers), samples.odometry);
-	const auto shown = calibration::calibrate(localizer.grid(), known.told, scans, samples.odometry, known.given);
+	localize(samples, searched, search, atlas, answers);
+	const AtlasMap& map = map_of(atlas, answers);
+	const Grid& grid = map.localizer->grid();
+	const auto scans = calibration::follow(grid, known.told, scans_of(samples, answers, map.name), samples.odometry);
+	const auto shown = calibration::calibrate(grid, known.told, scans, samples.odometry, known.given);
 	const bool agrees = agreement_of(known.told, scans, samples.odometry) != calibration::Agreement::kContradicts;
 	return shown.is_confirmed && agrees ? std::optional(shown) : std::nullopt;
 }
@@ -398,7 +343,7 @@ std::map<std::size_t, Localization> by_number(const DriveSamples& samples, const
 /// Does what calibrate_by_drive() does, by scans that are read as messages and overrides say.
 DriveCalibration look_at_drive(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
-    const Localizer& localizer, bool is_brief)
+    const Atlas& atlas, bool is_brief)
 {
 	DriveCalibration result;
 	result.overrides = overrides;
@@ -407,41 +352,43 @@ DriveCalibration look_at_drive(
 	if (samples.scans.empty() || interrupted()) return result;
 	Answers answers(samples.scans.size());
 	Beforehand known = beforehand_of(samples, sensor, overrides);
-	if (const auto confirmed = is_brief ? confirmation_of(samples, known, search, localizer, answers) : std::nullopt)
+	if (const auto confirmed = is_brief ? confirmation_of(samples, known, search, atlas, answers) : std::nullopt)
 	{
 		result.found = *confirmed;
 		result.answers = by_number(samples, answers);
 		return result;
 	}
-	localize(samples, each(samples, 1), search, localizer, answers);
+	localize(samples, each(samples, 1), search, atlas, answers);
 	const auto as_told = by_number(samples, answers);
-	Mounting mounting;
+	ros::Mounting mounting;
 	if (2 * found_of(answers) < answers.size())
 	{
-		mounting = other_mounting(samples, sensor, overrides, search, localizer, answers);
-		const bool is_other = !ros::entries_of(mounting.overrides).empty();
-		if (is_other)
+		mounting = other_mounting(samples, sensor, overrides, search, atlas, answers);
+		if (!mounting.text.empty())
 		{
 			samples = mounted(std::move(samples), mounting);
 			answers = Answers(samples.scans.size());
-			localize(samples, each(samples, 1), search, localizer, answers);
+			localize(samples, each(samples, 1), search, atlas, answers);
 			known = beforehand_of(samples, sensor, overrides);
 		}
 	}
-	std::vector<calibration::FoundScan> found = scans_of(samples, answers);
+	const AtlasMap& map = map_of(atlas, answers);
+	std::vector<calibration::FoundScan> found = scans_of(samples, answers, map.name);
 	found.erase(
 	    std::remove_if(found.begin(), found.end(), [](const auto& scan) { return !scan.is_found; }), found.end());
 	if (found.empty() || interrupted()) return result;
-	result.found = calibration::calibrate(localizer.grid(), known.told, found, samples.odometry, known.given);
-	logs::Overrides& used = result.overrides;
-	static_cast<ros::Overrides&>(used) =
+	result.found = calibration::calibrate(map.localizer->grid(), known.told, found, samples.odometry, known.given);
+	static_cast<ros::Overrides&>(result.overrides) =
 	    ros::with_shown(mounting.over(overrides), result.found, *samples.scans.front().observation, known.laser);
 	result.contradictions = ros::contradictions(result.found);
 	if (!mounting.text.empty()) result.contradictions.push_back(mounting.text);
 	if (result.contradictions.empty()) result.answers = as_told;
 	const calibration::Reading& shown = result.found.shown;
-	const bool is_contradicted = agreement_of(shown, found, samples.odometry) == calibration::Agreement::kContradicts;
-	if (is_contradicted && !sensor.is_the_robot)
+	const calibration::Agreement agreement = agreement_of(shown, found, samples.odometry);
+	const bool is_yaw_shown = result.found.findings[calibration::kYaw].verdict != calibration::Verdict::kNotShown;
+	if (mounting.overrides.sensor_pose && agreement == calibration::Agreement::kNotShown && !is_yaw_shown)
+		result.doubt.why = ros::kGuessedMounting;
+	if (agreement == calibration::Agreement::kContradicts && !sensor.is_the_robot)
 		result.doubt = {
 		    "the drive contradicts where the laser is on the robot, or the odometry, and does not show what is right",
 		    contradiction_of(shown, found, samples.odometry)};
@@ -451,15 +398,15 @@ DriveCalibration look_at_drive(
 
 DriveCalibration calibrate_by_drive(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
-    const Localizer& localizer, bool is_brief)
+    const Atlas& atlas, bool is_brief)
 {
-	DriveCalibration result = look_at_drive(log, sensor, overrides, search, localizer, is_brief);
+	DriveCalibration result = look_at_drive(log, sensor, overrides, search, atlas, is_brief);
 	if (result.contradictions.empty() || interrupted()) return result;
 	// Scans are found by what the drive has shown that were not found, or elsewhere, by what the messages say.
-	DriveCalibration again = look_at_drive(log, sensor, result.overrides, search, localizer, true);
+	DriveCalibration again = look_at_drive(log, sensor, result.overrides, search, atlas, true);
 	result.overrides = again.overrides;
 	result.answers = std::move(again.answers);
-	result.doubt = again.doubt;
+	if (!again.doubt.why.empty() || result.doubt.why != ros::kGuessedMounting) result.doubt = again.doubt;
 	result.contradictions.insert(result.contradictions.end(), again.contradictions.begin(), again.contradictions.end());
 	tell(sensor.label, result);
 	return result;

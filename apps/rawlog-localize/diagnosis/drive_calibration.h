@@ -2,8 +2,8 @@
 // What the drive of a log shows of how its laser must be read, before the scans are localized.
 #pragma once
 
+#include <d2s1r/atlas.h>
 #include <d2s1r/calibration.h>
-#include <d2s1r/localizer.h>
 #include <logs/log.h>
 #include <ros/drive_calibration.h>
 
@@ -34,7 +34,7 @@ struct DriveCalibration
 /// \param is_brief whether scans are not searched one by one if the messages lead from each to the next
 DriveCalibration calibrate_by_drive(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
-    const Localizer& localizer, bool is_brief);
+    const Atlas& atlas, bool is_brief);
 
 /// Returns a picture (SVG) of how far returns end from the walls, and motions are from the odometry's, as told and as
 /// shown; empty if the drive shows nothing.

@@ -176,30 +176,39 @@ class Follower
 	const OdometryEstimate& odometry() const { return odometry_check_.estimate(); }
 
    private:
-	/// Reads a scan as the drive has shown, and lets it show more if it is found.
-	void calibrate(Job& job, double middle_angle, const std::optional<mrpt::poses::CPose2D>& motion)
+	/// Reads a scan as the drive has shown, and lets it show more.
+	void calibrate(Job& job, double middle_angle)
 	{
 		constexpr std::size_t kMostReadings = 1000;
 		const ScanPtr recorded_as = job.logged.observation;
 		const auto& observation = *recorded_as;
 		const mrpt::poses::CPose3D laser =
 		    observation.sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
-		const ros::UncalibratedScan recorded{ros::from_time(observation.timestamp), observation, laser, {}};
-		calibration_.follow(recorded.time, motion);
+		const ros::UncalibratedScan recorded{
+		    ros::from_time(observation.timestamp), observation, laser, {}, false, {}, job.logged.sweep};
+		calibration_.follow(recorded.time, job.robot);
 		if (job.robot) readings_.emplace_back(recorded.time, job.robot->asTPose());
 		if (readings_.size() > kMostReadings) readings_.erase(readings_.begin());
+		const auto localized = [&](const Scan& scan) { return approach_.atlas.localize(scan, approach_.query); };
+		const auto& parameters = approach_.first().parameters().scan;
 		const auto read_anew = [&]
 		{
 			const auto read = std::make_shared<logs::RecordedScan>(*recorded_as);
 			ros::apply(calibration_.in_use(), middle_angle, *read);
 			job.logged.observation = read;
-			job.scan = scan_of(job, approach_.first().parameters().scan);
-			job.result = approach_.atlas.localize(job.scan, approach_.query);
+			job.scan = scan_of(job, parameters);
+			job.result = localized(job.scan);
 		};
 		if (!ros::entries_of(calibration_.in_use()).empty()) read_anew();
-		if (job.result->status != Status::kLocalized || !calibration_.wants(recorded.time)) return;
-		const auto robot = job.result->best().pose.asTPose();
-		if (calibration_.add(approach_.first().grid(), recorded, robot, readings_))
+		if (!calibration_.wants(recorded.time)) return;
+		const auto is_found = [&](const RangeScan& scan, const Sweep& motion)
+		{ return localized(make_scan(scan, parameters, motion)).status == Status::kLocalized; };
+		const bool is_other = job.result->status == Status::kLocalized
+		                          ? calibration_.add(
+		                                approach_.atlas.at(job.result->best().map).localizer->grid(), recorded,
+		                                job.result->best().pose.asTPose(), readings_)
+		                          : calibration_.miss(recorded, is_found);
+		if (is_other)
 		{
 			begin();
 			read_anew();
@@ -214,7 +223,7 @@ class Follower
 		if (job.robot && robot_) motion = *job.robot - *robot_;
 		if (motion && !is_plausible(*motion)) motion.reset();
 		robot_ = job.robot;
-		if (approach_.calibrates) calibrate(job, middle_angle, motion);
+		if (approach_.calibrates) calibrate(job, middle_angle);
 		const Localization& one_shot = *job.result;
 		odometry_check_.checked(motion, one_shot);
 		const double time = logs::to_seconds(job.logged.observation->timestamp);
@@ -240,7 +249,8 @@ class Follower
 
 	void doubt(Localization& result) const
 	{
-		ros::apply(calibration_.is_contradicted() ? calibration_.doubt() : approach_.doubt, result);
+		const ros::Doubt doubt = calibration_.doubt();
+		ros::apply(doubt.why.empty() ? approach_.doubt : doubt, result);
 	}
 
 	const Approach& approach_;

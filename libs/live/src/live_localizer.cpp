@@ -180,7 +180,7 @@ std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 	{
 		state.answered.clear(true);
 		state.seeder.start_again();
-		state.robot.calibration.clear();
+		state.robot.forget_found_scans();
 		state.news.forget("found");
 	}
 	std::vector<ScanAnswer> answers;

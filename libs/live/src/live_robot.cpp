@@ -144,9 +144,45 @@ std::optional<CPose3D> LiveRobot::laser_at(const ros::Header& header)
 	    header.frame, links_->of(robot_.name_space).placement(header.frame, robot_), robot_.frame, header.time);
 }
 
+ros::RunningCalibration& LiveRobot::calibration_of(const std::string& topic)
+{
+	if (topic == laser_) return calibration;
+	return of_others_.try_emplace(topic, ros::Overrides(), !settings_.as_told).first->second;
+}
+
+bool LiveRobot::wants(const WaitingScan& scan)
+{
+	return (scan.topic == laser_ || calibration.is_confirmed()) && calibration_of(scan.topic).wants(scan.header.time);
+}
+
+std::string LiveRobot::calibration_description() const
+{
+	std::string all = calibration.description();
+	for (const auto& [topic, other] : of_others_)
+		if (const std::string shown = other.description(); !shown.empty())
+			all += (all.empty() ? "" : "; ") + topic + ": " + shown;
+	return all;
+}
+
+ros::Doubt LiveRobot::doubt() const
+{
+	ros::Doubt doubt = calibration.doubt();
+	for (const auto& [topic, other] : of_others_)
+		if (doubt.why.empty()) doubt = other.doubt();
+	return doubt;
+}
+
+void LiveRobot::forget_found_scans()
+{
+	calibration.clear();
+	for (auto& [topic, other] : of_others_) other.clear();
+}
+
 const ros::Overrides& LiveRobot::overrides_of(const WaitingScan& scan) const
 {
-	return scan.topic == laser_ ? calibration.in_use() : settings_.overrides;
+	static const ros::Overrides kNone;
+	const auto other = of_others_.find(scan.topic);
+	return scan.topic == laser_ ? calibration.in_use() : other == of_others_.end() ? kNone : other->second.in_use();
 }
 
 ros::SweepTime LiveRobot::sweep_time_of(const WaitingScan& scan) const
@@ -165,7 +201,6 @@ ros::CloudScan LiveRobot::seen_by(const WaitingScan& scan, const CPose3D& laser,
 	const CPose3D& mount = overrides.sensor_pose.value_or(laser);
 	ros::CloudScan seen = cloud ? ros::to_scan(*cloud, mount, *settings_.cloud_height)
 	                            : ros::CloudScan{ros::to_scan(*ranges, mount), ros::sweep_time_of(*ranges)};
-	if (scan.topic != laser_) return seen;
 	ros::Overrides of_beams = overrides;
 	of_beams.sensor_pose.reset();  // of which the scan was made
 	ros::apply(of_beams, ranges ? ros::middle_angle(*ranges) : 0, seen.scan);
@@ -230,29 +265,29 @@ std::optional<ros::UncalibratedScan> LiveRobot::recorded(const WaitingScan& scan
 {
 	const auto laser = laser_at(scan.header);
 	if (!laser) return std::nullopt;
-	ros::CloudScan seen = seen_by(scan, *laser, calibration.given());
+	ros::CloudScan seen = seen_by(scan, *laser, calibration_of(scan.topic).recorded());
 	const auto* const ranges = std::get_if<ros::LaserScan>(&scan.scan);
-	constexpr float kLeastShare = 0.005F;  // [-] of the field of view, as for logs
-	const float turned = ranges ? ranges->angle_step * static_cast<float>(seen.scan.size() - 1) : 0;
-	const float off = ranges ? std::abs(ranges->last_angle - ranges->first_angle - turned) : 0;
-	const bool are_angles_doubtful = off > kLeastShare * std::abs(turned) && off > 1.5F * std::abs(ranges->angle_step);
-	return ros::UncalibratedScan{scan.header.time, std::move(seen.scan), *laser, seen.sweep,
-	                             !ranges,          are_angles_doubtful};
+	const Time time = scan.header.time;
+	const Sweep motion = track_.sweep_of(sweep_time_of(scan), time, seen.scan.size());
+	return ros::UncalibratedScan{
+	    time,  std::move(seen.scan), *laser, seen.sweep, !ranges, ranges ? ros::other_angles_of(*ranges) : std::nullopt,
+	    motion};
 }
 
-bool LiveRobot::calibrate(const Grid& map, const ros::UncalibratedScan& scan, const mrpt::math::TPose2D& robot)
+bool LiveRobot::calibrate(
+    const Grid& map, const std::string& topic, const ros::UncalibratedScan& scan, const mrpt::math::TPose2D& robot)
 {
 	const auto odometry = [&]
 	{ return std::pair(calibration.in_use().is_odometry_mirrored, calibration.in_use().odometry_clock); };
 	const auto before = odometry();
-	const bool is_other = calibration.add(map, scan, robot, track_.readings());
+	const bool is_other = calibration_of(topic).add(map, scan, robot, track_.readings());
 	if (odometry() != before) track_.clear();
 	return is_other;
 }
 
 void LiveRobot::forget_moving()
 {
-	calibration.clear();
+	forget_found_scans();
 	frames_.forget_moving();
 	track_.clear();
 	carried_ = {};

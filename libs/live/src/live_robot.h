@@ -9,6 +9,7 @@
 #include <ros/running_calibration.h>
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -47,7 +48,7 @@ class LiveRobot
 {
    public:
 	explicit LiveRobot(const LiveSettings& settings)
-	    : settings_(settings), calibration(settings.overrides, !settings.as_told && !settings.merge_lasers)
+	    : settings_(settings), calibration(settings.overrides, !settings.as_told)
 	{
 	}
 
@@ -79,11 +80,23 @@ class LiveRobot
 	/// Says that nothing connects a laser with the robot.
 	std::string no_transform_from(const std::string& laser);
 
-	/// Returns what the laser in use saw as the messages have it; no value if it is not known where it is.
+	/// Returns the calibration of a laser; those of lasers that are not in use wait until that one is confirmed.
+	ros::RunningCalibration& calibration_of(const std::string& topic);
+	bool wants(const WaitingScan& scan);
+
+	/// Says what the drive shows of the lasers, and what that means for poses.
+	std::string calibration_description() const;
+	ros::Doubt doubt() const;
+
+	/// Returns what a laser saw as the messages have it; no value if it is not known where it is.
 	std::optional<ros::UncalibratedScan> recorded(const WaitingScan& scan);
 
-	/// Calibrates the laser in use by a scan that was found, see ros::RunningCalibration::add().
-	bool calibrate(const Grid& map, const ros::UncalibratedScan& scan, const mrpt::math::TPose2D& robot);
+	/// Calibrates a laser by a scan that was found, see ros::RunningCalibration::add().
+	bool calibrate(
+	    const Grid& map, const std::string& topic, const ros::UncalibratedScan& scan, const mrpt::math::TPose2D& robot);
+
+	/// Forgets by which scans the lasers are calibrated.
+	void forget_found_scans();
 
 	/// Returns the frame of the odometry, on tf if it is there, and the pose of the robot in it.
 	std::string odometry_frame();
@@ -117,8 +130,9 @@ class LiveRobot
 	std::deque<std::pair<std::string, Time>> told_;  //!< frames that moved, whose poses may be readings of the odometry
 	std::deque<ros::Odometry> early_;                //!< that came before the robot was known
 	std::string laser_;
-	std::optional<Time> newest_reading_;  //!< of the odometry, when the last scan was read
-	Time renewed_ = 0;                    //!< time of the first scan after it came
+	std::optional<Time> newest_reading_;                        //!< of the odometry, when the last scan was read
+	Time renewed_ = 0;                                          //!< time of the first scan after it came
+	std::map<std::string, ros::RunningCalibration> of_others_;  //!< lasers that are merged, by their topics
 
    public:
 	ros::RunningCalibration calibration;  //!< of the laser in use

@@ -178,8 +178,7 @@ void LiveLocalizer::State::localize(ScanAnswer& given, const WaitingScan& scan, 
 	auto& follower = answered.follower;
 	if (settings.track && !follower) follower.emplace(atlas);
 	given.localization = follower ? follower->add(seconds(given.time), given.scan, motion) : atlas.localize(given.scan);
-	const Localization single =
-	    follower && robot.calibration.wants(given.time) ? atlas.localize(given.scan) : given.localization;
+	const auto alone = follower || settings.merge_lasers ? std::nullopt : std::optional(given.localization);
 	news.tell("odometry", robot.track().description());
 	if (robot.has_other_clock(given.time) && !news.has("clock"))
 		news.tell(
@@ -192,10 +191,8 @@ void LiveLocalizer::State::localize(ScanAnswer& given, const WaitingScan& scan, 
 		if (!answered.window) answered.window.emplace(atlas, settings.window);
 		given.localization = answered.window->add(given.scan, given.localization, motion);
 	}
-	robot.calibration.follow(given.time, motion);
-	const bool is_read_anew = calibrate(scan, single, given.localization);
-	news.tell("calibration", robot.calibration.description());
-	ros::Doubt doubt = robot.calibration.doubt();
+	const bool is_read_anew = calibrate(scan, read, alone, settings.merge_lasers ? nullptr : &given.localization);
+	ros::Doubt doubt = robot.doubt();
 	if (is_read_anew) doubt.why = "from the next scan on, the laser is read as the drive shows";
 	ros::apply(doubt, given.localization);
 	given.frame = maps.frame_of(given.localization.hypotheses.empty() ? "" : given.localization.best().map);
@@ -205,21 +202,39 @@ void LiveLocalizer::State::localize(ScanAnswer& given, const WaitingScan& scan, 
 		judge_others(given, motion);
 	if (!is_read_anew) return;
 	answered.clear(true);
-	seeder.start_again();
+	seeder.take_back();
 }
 
-/// Lets a scan that was found calibrate the laser. Returns whether scans are read differently from now on.
-bool LiveLocalizer::State::calibrate(const WaitingScan& scan, const Localization& single, const Localization& answer)
+/// Lets a scan calibrate its laser. Returns whether its scans are read differently from now on.
+/// \param alone what the scan says alone; no value: it was not asked
+/// \param together what it says with the scans before it; null: with other lasers
+bool LiveLocalizer::State::calibrate(
+    const WaitingScan& scan, const ReadScan& read, std::optional<Localization> alone, const Localization* together)
 {
-	const auto& all = maps.maps()->maps();
-	const Localizer& localizer = *all.front().localizer;
-	// A window finds more scans than one alone, but by the motions that are in question.
-	const Localization& found = single.status == Status::kLocalized ? single : answer;
-	const bool is_found = found.status == Status::kLocalized;
-	const bool can_tell = all.size() == 1 && localizer.parameters().method == Method::kDefault;
-	if (!is_found || !can_tell || !robot.calibration.wants(scan.header.time)) return false;
+	const Atlas& atlas = *maps.maps();
+	const Parameters& parameters = atlas.maps().front().localizer->parameters();
+	ros::RunningCalibration& calibration = robot.calibration_of(scan.topic);
+	calibration.follow(scan.header.time, read.robot);
+	if (parameters.method != Method::kDefault || !read.unusable.empty() || !robot.wants(scan)) return false;
 	const auto recorded = robot.recorded(scan);
-	return recorded && robot.calibrate(localizer.grid(), *recorded, found.best().pose.asTPose());
+	if (!recorded) return false;
+	const auto localize = [&](const RangeScan& observation, const Sweep& motion)
+	{ return atlas.localize(make_scan(observation, parameters.scan, motion)); };
+	if (!alone) alone = localize(*read.placed.observation, read.placed.sweep);
+	// A window finds more scans than one alone, but by the motions that are in question.
+	const Localization& found = alone->status == Status::kLocalized || !together ? *alone : *together;
+	bool is_other = false;
+	if (found.status == Status::kLocalized)
+	{
+		const auto& pose = found.best().pose.asTPose();
+		is_other = robot.calibrate(atlas.at(found.best().map).localizer->grid(), scan.topic, *recorded, pose);
+	}
+	else
+		is_other = calibration.miss(
+		    *recorded, [&](const RangeScan& observation, const Sweep& motion)
+		    { return localize(observation, motion).status == Status::kLocalized; });
+	news.tell("calibration", robot.calibration_description());
+	return is_other;
 }
 
 /// Says what became of the pose that a person gave.
@@ -281,7 +296,11 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& scan)
 	const PlacedObservation& here = read->placed;
 	if (settings.merge_lasers && read->unusable.empty())
 		lasers.add(scan.topic, scan.header.time, here.observation, read->robot, here.sweep);
-	if (scan.topic != robot.laser()) return std::nullopt;
+	if (scan.topic != robot.laser())
+	{
+		if (calibrate(scan, *read, std::nullopt, nullptr)) answered.clear(true), seeder.take_back();
+		return std::nullopt;
+	}
 	if (std::exchange(robot_frame, robot.frame()) != robot.frame() && answered.last) answered.clear(true);
 	if (read->unusable.empty() && !news.has("found")) tell_found(scan);
 	const ScanParameters& parameters = maps.maps()->maps().front().localizer->parameters().scan;
@@ -297,8 +316,7 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& scan)
 	const Status status = given.localization.status;
 	silent_because = status == Status::kLocalized ? "" : given.localization.note;
 	if (status == Status::kAmbiguous)
-		silent_because =
-		    robot.calibration.is_contradicted() ? robot.calibration.description() : "several places explain the scan";
+		silent_because = robot.doubt().why.empty() ? "several places explain the scan" : robot.doubt().why;
 	return given;
 }
 }  // namespace d2s1r::live

@@ -139,7 +139,8 @@ struct LiveLocalizer::State
 	std::optional<ScanAnswer> answer(const WaitingScan& scan);
 	std::optional<mrpt::poses::CPose2D> motion_to(const std::optional<mrpt::poses::CPose2D>& now);
 	void localize(ScanAnswer& answer, const WaitingScan& scan, const ReadScan& read);
-	bool calibrate(const WaitingScan& scan, const Localization& single, const Localization& answer);
+	bool calibrate(
+	    const WaitingScan& scan, const ReadScan& read, std::optional<Localization> alone, const Localization* together);
 	void judge_others(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion);
 	void tell_suggestion();
 	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;

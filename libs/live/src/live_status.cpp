@@ -55,7 +55,7 @@ LiveStatus LiveLocalizer::status(Time now) const
 	say(Level::kOk, state.silent_because);
 	const auto add = [&](const char* name, const std::string& value) { status.values.emplace_back(name, value); };
 	add("map", state.maps.description());
-	if (!state.robot.calibration.description().empty()) add("calibration", state.robot.calibration.description());
+	if (const std::string shown = state.robot.calibration_description(); !shown.empty()) add("calibration", shown);
 	add("indices built", std::to_string(state.maps.built()));
 	add("seeds sent", std::to_string(state.seeder.sent()));
 	add("readers of seeds", std::to_string(state.tracker.seed_readers));

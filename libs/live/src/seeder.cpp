@@ -48,6 +48,12 @@ void Seeder::start_again()
 	satisfied_ = ever_ - (present_ > 0 ? 1 : 0);
 }
 
+void Seeder::take_back()
+{
+	is_misled_ = is_misled_ || sent_ > 0;
+	start_again();
+}
+
 /// Returns whether the seed must be repeated.
 bool Seeder::check_outstanding(
     const ScanAnswer& answer, const std::optional<std::pair<Time, mrpt::poses::CPose2D>>& tracker)
@@ -95,6 +101,7 @@ bool Seeder::is_wanted(const ScanAnswer& answer)
 	if (answer.localization.status != Status::kLocalized) return false;
 	if (requested_) return true;
 	if (watched.consistent < settings_.watch.scans) return false;
+	if (is_misled_) return true;
 	if (watched.distance && watched.verdict != Verdict::kLost) return false;  // the tracker may be right
 	if (satisfied_ < ever_) return true;
 	return settings_.seeding == Seeding::kWatch && watched.verdict == Verdict::kLost && !gave_up_;
@@ -118,6 +125,7 @@ std::optional<Seed> Seeder::consider(
 	if (!seed) return std::nullopt;
 	attempts_ = again ? attempts_ + 1 : 1;
 	satisfied_ = ever_;
+	is_misled_ = false;
 	outstanding_ = seed;
 	since_ = answer.time;
 	sent_++;

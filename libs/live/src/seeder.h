@@ -34,6 +34,9 @@ class Seeder
 	/// Begins anew with trackers that are there, for the map is another one.
 	void start_again();
 
+	/// Begins anew, for seeds were wrong: the laser was read wrongly.
+	void take_back();
+
 	const std::string& problem() const { return problem_; }  //!< an error, after all attempts; else empty
 	const std::string& waiting() const { return waiting_; }  //!< why there is no seed yet; else empty
 	int sent() const { return sent_; }                       //!< [-] seeds so far
@@ -53,6 +56,7 @@ class Seeder
 	bool is_new_ = false;            //!< whether one of these came after the last scan
 	std::optional<Time> new_since_;  //!< time of the first scan after the last of them came
 	bool requested_ = false;
+	bool is_misled_ = false;  //!< whether a tracker that agrees with the scans may do so by a wrong seed
 	bool gave_up_ = false;
 	std::optional<Seed> outstanding_;  //!< sent, and not yet checked
 	Time since_ = 0;                   //!< of the scan that made it

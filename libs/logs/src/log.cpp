@@ -103,14 +103,13 @@ class OverridingReader : public LogReader
 		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
 			const std::string& label = object->scans[i]->label;
-			const auto of_other = overrides_.sweeps_of_others.find(label);
-			if (of_other != overrides_.sweeps_of_others.end()) object->details[i].sweep = of_other->second;
-			if (label != label_) continue;
-			ros::apply(overrides_, middle_angle, *object->scans[i]);
-			alter(object->details[i]);
+			const auto of_other = overrides_.of_others.find(label);
+			if (label != label_ && of_other == overrides_.of_others.end()) continue;
+			const ros::Overrides& of_laser = label == label_ ? overrides_ : of_other->second;
+			ros::apply(of_laser, middle_angle, *object->scans[i]);
+			alter(of_laser, object->details[i]);
 			object->bytes.clear();  // which are no longer those of the object
-			if (const auto& angles = overrides_.beam_angles)
-				object->middle_angle = 0.5 * (angles->first + angles->last);
+			if (const auto& angles = of_laser.beam_angles) object->middle_angle = 0.5 * (angles->first + angles->last);
 		}
 		return object;
 	}
@@ -123,10 +122,10 @@ class OverridingReader : public LogReader
 			if (*pose) *pose = ros::odometry_as(overrides_, **pose);
 	}
 
-	void alter(ScanDetails& details) const
+	static void alter(const ros::Overrides& of_laser, ScanDetails& details)
 	{
-		if (is_answered(details.unusable, overrides_)) details.unusable = {};
-		if (overrides_.sweep) details.sweep = *overrides_.sweep;
+		if (is_answered(details.unusable, of_laser)) details.unusable = {};
+		if (of_laser.sweep) details.sweep = *of_laser.sweep;
 	}
 
 	std::unique_ptr<LogReader> reader_;
@@ -409,7 +408,7 @@ std::string known_formats()
 	return formats + "; packed by gzip" + packed;
 }
 
-bool is_answered(const ScanDoubt& doubt, const Overrides& overrides)
+bool is_answered(const ScanDoubt& doubt, const ros::Overrides& overrides)
 {
 	switch (doubt.field)
 	{
@@ -430,7 +429,7 @@ bool is_answered(const ScanDoubt& doubt, const Overrides& overrides)
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
 {
 	auto reader = log.read_for(label);
-	if (!ros::entries_of(overrides).empty() || !overrides.sweeps_of_others.empty())
+	if (!ros::entries_of(overrides).empty() || !overrides.of_others.empty())
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
 	return std::make_unique<ReaderWithOdometry>(std::move(reader), log.survey, label);
 }

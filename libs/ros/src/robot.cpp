@@ -12,12 +12,12 @@ namespace d2s1r::ros
 {
 namespace
 {
-constexpr std::size_t kLongestChain = 1000;  // [-] as tf2 has it
-constexpr std::size_t kMostLinks = 10'000;   // [-] robots have less than a hundred; bounds memory and time
-constexpr std::size_t kMostNamespaces = 30;  // [-] of topics of transforms
-constexpr std::size_t kMostTopics = 250;     // [-] of lasers, and of odometry
-constexpr std::size_t kMostFrames = 10'000;  // [-] of all lasers
-constexpr double kMountTravels = 1;          // [m] farther than a laser's mount moves on a robot
+constexpr std::size_t kLongestChain = 1000;          // [-] as tf2 has it
+constexpr std::size_t kMostLinks = 10'000;           // [-] robots have less than a hundred; bounds memory and time
+constexpr std::size_t kMostNamespaces = 30;          // [-] of topics of transforms
+constexpr std::size_t kMostTopics = 250;             // [-] of lasers, and of odometry
+constexpr std::size_t kMostFramesOfLasers = 10'000;  // [-] of all lasers
+constexpr double kMountTravels = 1;                  // [m] farther than a laser's mount moves on a robot
 
 bool are_the_same(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b)
 {
@@ -208,7 +208,7 @@ void RobotTopics::count(LaserTopic& laser, const std::string& frame)
 	const auto known = laser.frames.find(frame);
 	if (known != laser.frames.end())
 		known->second++;
-	else if (frames_++ < kMostFrames)
+	else if (frames_++ < kMostFramesOfLasers)
 		changes++, laser.frames.emplace(frame, 1);
 }
 

@@ -1,10 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "ros/running_calibration.h"
 
+#include <d2s1r/motion.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 namespace d2s1r::ros
@@ -27,75 +29,129 @@ bool are_apart(const calibration::Reading& a, const calibration::Reading& b)
 }
 }  // namespace
 
-void RunningCalibration::follow(Time scan, const std::optional<CPose2D>& motion)
+void RunningCalibration::follow(Time scan, const std::optional<CPose2D>& robot)
 {
 	constexpr std::size_t kMostStamps = 1000;
 	stamps_.push_back(scan);
 	if (stamps_.size() > kMostStamps) stamps_.pop_front();
-	if (!motion) return;
-	way_ += motion->norm(), turn_ += std::abs(motion->phi());
-	way_since_ += motion->norm(), turn_since_ += std::abs(motion->phi());
+	const auto before = std::exchange(robot_, robot);
+	if (!robot || !before) return;
+	const CPose2D motion = *robot - *before;
+	if (!is_plausible(motion)) return;
+	way_ += motion.norm(), turn_ += std::abs(motion.phi());
+	way_since_ += motion.norm(), turn_since_ += std::abs(motion.phi());
 }
 
 bool RunningCalibration::wants(Time time) const
 {
 	constexpr double kWay = 0.25, kTurn = 0.35, kLeastTime = 0.35;  // [m], [rad], [s]
 	if (!is_on_) return false;
-	return scans_.empty() ||
-	       (seconds(time) > scans_.back().time + kLeastTime && (way_since_ > kWay || turn_since_ > kTurn));
+	return !taken_ || (seconds(time - *taken_) > kLeastTime && (way_since_ > kWay || turn_since_ > kTurn));
 }
 
 bool RunningCalibration::is_open() const
 {
 	constexpr double kWay = 1, kTurn = M_PI / 2;  // [m], [rad]
-	return is_on_ && agreement_ != Agreement::kAgrees && (way_ > kWay || turn_ > kTurn);
+	return is_on_ && !is_confirmed() && (way_ > kWay || turn_ > kTurn);
 }
 
 void RunningCalibration::clear()
 {
 	scans_.clear();
+	missed_.clear();
 	odometry_.clear();
 	stamps_.clear();
+	taken_.reset();
 	with_scans_ = 0;
-	next_ = kFirst;
+	next_ = next_mounting_ = kFirst;
 	way_since_ = turn_since_ = 0;
 	if (!is_contradicted()) way_ = turn_ = 0;
+}
+
+/// Takes a scan, and begins anew if the laser is elsewhere on the robot. Returns whether the calibration goes on.
+bool RunningCalibration::take(const UncalibratedScan& scan)
+{
+	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
+	const auto is_elsewhere = [](const CPose3D& motion)
+	{ return motion.norm() > 1e-3 || std::abs(calibration::from_above(motion).phi) > 1e-3; };
+	if (laser_ && is_elsewhere(scan.laser - *laser_))
+	{
+		clear();
+		mounted_ = in_use_ = given_;
+		mounting_.clear();
+		shown_.clear();
+		reading_.reset();
+		agreement_ = Agreement::kNotShown;
+		moved_++;
+	}
+	laser_ = scan.laser;
+	if (moved_ > kMostMounts) is_on_ = false;
+	taken_ = scan.time;
+	way_since_ = turn_since_ = 0;
+	return is_on_;
 }
 
 bool RunningCalibration::add(
     const Grid& map, const UncalibratedScan& scan, const TPose2D& robot, const Readings& readings)
 {
-	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
-	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
-	const CPose3D off = laser_ ? laser - *laser_ : CPose3D();
-	if (laser_ && (off.norm() > 1e-3 || std::abs(calibration::from_above(off).phi) > 1e-3))
-	{
-		clear();
-		in_use_ = given_;
-		reading_.reset();
-		agreement_ = Agreement::kNotShown;
-		moved_++;
-	}
-	laser_ = laser;
-	if (moved_ > kMostMounts) is_on_ = false;
-	if (!is_on_) return false;
-	told_ = told_reading(laser, scan.sweep, given_);
-	scans_.push_back(calibration::found_scan(scan.scan, laser, seconds(scan.time), robot));
+	if (!take(scan)) return false;
+	const CPose3D laser = mounted_.sensor_pose.value_or(scan.laser);
+	told_ = told_reading(laser, scan.sweep, mounted_);
+	calibration::FoundScan found = calibration::found_scan(scan.scan, laser, seconds(scan.time), robot);
 	// The laser was found where it is, by whatever reading.
-	scans_.back().laser = robot + calibration::from_above(in_use_.sensor_pose.value_or(laser));
+	found.laser = robot + calibration::from_above(in_use_.sensor_pose.value_or(laser));
+	scans_.emplace_back(&map, std::move(found));
 	add_odometry(readings);
-	way_since_ = turn_since_ = 0;
-	const bool is_other = scans_.size() >= next_ && calibrate(map, scan);
+	std::vector<calibration::FoundScan> scans;  // in this map
+	for (const auto& [its_map, its_scan] : scans_)
+		if (its_map == &map) scans.push_back(its_scan);
+	const bool is_other = scans.size() >= next_ && calibrate(map, scans, scan);
 	const calibration::Reading read = told_reading(laser, scan.sweep, in_use_);
-	const Agreement now = agreement_of(read, scans_, odometry_);
+	if (is_other && scans_.empty()) scans.clear();  // of another odometry
+	const Agreement now = agreement_of(read, scans, odometry_);
 	if (is_other || now != Agreement::kNotShown) agreement_ = now;
-	if (now == Agreement::kContradicts) contradiction_ = contradiction_of(read, scans_, odometry_);
+	if (now == Agreement::kContradicts) contradiction_ = contradiction_of(read, scans, odometry_);
 	if (scans_.size() < kMost) return is_other;
 	if (is_contradicted())
 		clear();  // and looks at what follows
 	else
-		is_on_ = false, scans_ = {}, odometry_ = {};
+		is_on_ = false, scans_ = {}, missed_ = {}, odometry_ = {};
 	return is_other;
+}
+
+bool RunningCalibration::miss(const UncalibratedScan& scan, const Finder& is_found)
+{
+	if (!take(scan)) return false;
+	missed_.push_back(scan);
+	if (missed_.size() < next_mounting_ || missed_.size() <= scans_.size()) return false;
+	next_mounting_ = 2 * missed_.size();
+	if (next_mounting_ > kMost) missed_.erase(missed_.begin(), missed_.end() - kFirst), next_mounting_ = kMost;
+	std::vector<std::shared_ptr<const RangeScan>> scans;
+	for (const UncalibratedScan& each : missed_) scans.push_back(std::make_shared<RangeScan>(each.scan));
+	const CPose3D laser = mounted_.sensor_pose.value_or(scan.laser);
+	const double middle = calibration::from_above(scan.scan.sensor_on_robot - laser).phi;
+	const auto found_by = [&](const Mounting& mounting)
+	{
+		return static_cast<std::size_t>(std::count_if(
+		    missed_.begin(), missed_.end(),
+		    [&](const UncalibratedScan& each)
+		    {
+			    RangeScan read = each.scan;
+			    apply(mounting.overrides, middle, read);
+			    return is_found(read, each.motion);
+		    }));
+	};
+	const auto others = other_mountings(scans, laser, false, scan.other_angles, mounted_);
+	const Mounting mounting = best_of(others, scans.size(), 0, found_by);
+	if (mounting.text.empty()) return false;
+	mounted_ = in_use_ = mounting.over(mounted_);
+	mounting_ = mounting.text;
+	reading_.reset();
+	agreement_ = Agreement::kNotShown;
+	is_yaw_shown_ = false;
+	clear();
+	tell({});
+	return true;
 }
 
 void RunningCalibration::add_odometry(const Readings& readings)
@@ -119,24 +175,26 @@ calibration::Given RunningCalibration::given_with(const UncalibratedScan& scan) 
 	known[kYaw] = known[kX] = known[kY] = given_.sensor_pose.has_value();
 	// Odometry that has the times of scans has these whenever it was measured.
 	known[kFirstBeam] = known[kDuration] = given_.sweep || 2 * with_scans_ > odometry_.size();
-	known[kAngleScale] = given_.beam_angles || scan.is_cloud;
+	known[kAngleScale] = mounted_.beam_angles || scan.is_cloud;
 	known[kRangeFactor] = given_.range_factor.has_value();
-	given.are_angles_doubtful = scan.are_angles_doubtful;
+	given.are_angles_doubtful = scan.other_angles.has_value();
 	return given;
 }
 
-bool RunningCalibration::calibrate(const Grid& map, const UncalibratedScan& newest)
+bool RunningCalibration::calibrate(
+    const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest)
 {
-	next_ = scans_.size() + scans_.size() / 3;
+	next_ = scans.size() + scans.size() / 3;
 	const calibration::Given given = given_with(newest);
-	const calibration::Calibration found = calibration::calibrate(map, told_, scans_, odometry_, given);
+	const calibration::Calibration found = calibration::calibrate(map, told_, scans, odometry_, given);
 	const auto verdict = [&](calibration::Unknown unknown) { return found.findings[unknown].verdict; };
-	const bool is_mount_shown =
-	    given.known[calibration::kYaw] || verdict(calibration::kYaw) != calibration::Verdict::kNotShown;
+	is_yaw_shown_ = verdict(calibration::kYaw) != calibration::Verdict::kNotShown;
+	const bool is_mount_shown = given.known[calibration::kYaw] || is_yaw_shown_;
 	const bool is_moved = verdict(calibration::kX) == calibration::Verdict::kChanged ||
 	                      verdict(calibration::kY) == calibration::Verdict::kChanged;
 	if (is_moved && !is_mount_shown) return false;  // a robot that turns on the spot shows one of them for the other
-	const Overrides before = std::exchange(in_use_, with_shown(given_, found, newest.scan, newest.laser));
+	const CPose3D laser = mounted_.sensor_pose.value_or(newest.laser);
+	const Overrides before = std::exchange(in_use_, with_shown(mounted_, found, newest.scan, laser));
 	// Readings of the odometry have come as they were in use.
 	in_use_.is_odometry_mirrored = before.is_odometry_mirrored != found.shown.is_odometry_mirrored;
 	in_use_.odometry_clock = before.odometry_clock + found.shown.odometry_clock;
@@ -144,16 +202,28 @@ bool RunningCalibration::calibrate(const Grid& map, const UncalibratedScan& newe
 	const bool is_other = is_other_odometry || are_apart(found.shown, reading_.value_or(told_));
 	reading_ = found.shown;
 	if (is_other_odometry) clear();
-	if (!is_other) return false;
-	shown_.clear();
-	for (const std::string& part : contradictions(found)) shown_ += (shown_.empty() ? "" : "; ") + part;
-	if (shown_.empty()) return true;
+	if (is_other) tell(contradictions(found));
+	return is_other;
+}
+
+/// Keeps for people what the drive contradicts.
+void RunningCalibration::tell(const std::vector<std::string>& contradictions)
+{
+	shown_ = mounting_;
+	for (const std::string& part : contradictions) shown_ += (shown_.empty() ? "" : "; ") + part;
+	if (shown_.empty()) return;
 	shown_ = "the drive contradicts the messages of the laser: " + shown_ +
 	         ". Its scans are read as a calibration file says with";
 	for (const auto& [name, value] : entries_of(in_use_))
 		shown_ += " " + name + ": " + (value.empty() ? "true" : value) + ";";
 	shown_.back() = ' ';
-	return true;
+}
+
+Doubt RunningCalibration::doubt() const
+{
+	if (is_contradicted()) return {description(), contradiction_};
+	const bool is_guessed = !mounting_.empty() && mounted_.sensor_pose && !given_.sensor_pose;
+	return is_guessed && agreement_ == Agreement::kNotShown && !is_yaw_shown_ ? Doubt{kGuessedMounting} : Doubt();
 }
 
 std::string RunningCalibration::description() const

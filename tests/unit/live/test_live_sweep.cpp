@@ -94,7 +94,7 @@ TEST(LiveLocalizer, FindsOutByTheMapWhenTheBeamsOfASweepWereTaken)
 {
 	const UntoldDrive spins(0.2, 0.2F);
 	EXPECT_LT(spins.error, 0.5);
-	EXPECT_TRUE(spins.was_told("duration of the sweep 0.2")) << testing::PrintToString(spins.news);
+	EXPECT_TRUE(spins.was_told("duration of the sweep")) << testing::PrintToString(spins.news);
 	const UntoldDrive simulated(0, 0.2F);
 	EXPECT_LT(simulated.error, 0.5);
 	EXPECT_FALSE(simulated.was_told("contradicts")) << testing::PrintToString(simulated.news);

@@ -207,7 +207,7 @@ TEST_F(LogFiles, TheTimeOfASweepCanBeGiven)
 	EXPECT_EQ(object->details.at(0).sweep.first_beam, 0.05);
 
 	Overrides of_others;
-	of_others.sweeps_of_others["/scan"] = SweepTime{0.2, 0};
+	of_others.of_others["/scan"].sweep = SweepTime{0.2, 0};
 	const auto other = read_log(open_log(path("log")), "/front", of_others)->next();
 	ASSERT_TRUE(other);
 	EXPECT_EQ(other->details.at(0).sweep.duration, 0.2);

@@ -10,7 +10,7 @@
 #include <mrpt/poses/CPose3D.h>
 #include <mrpt/serialization/CSerializable.h>
 #include <ros/last_scans.h>
-#include <ros/overrides.h>
+#include <ros/mounting.h>
 #include <ros/robot_track.h>
 
 #include <cstddef>
@@ -139,14 +139,7 @@ class LogReader
 };
 
 using ros::BeamAngles;
-
-/// Says how the beams of a laser may look if its usual fields are wrong.
-struct OtherAngles
-{
-	std::string because;  //!< which fields are wrong, or contradict each other
-	BeamAngles angles;
-	bool is_possible = false;  //!< whether the usual fields may be right, too, so that only a map can tell
-};
+using ros::OtherAngles;
 
 struct Sensor
 {
@@ -246,10 +239,10 @@ PosesInFrame read_poses_of_frame(
 /// Says what is known better about the lasers of a robot than the log tells it.
 struct Overrides : ros::Overrides
 {
-	std::map<std::string, SweepTime> sweeps_of_others{};  //!< of all scans of other lasers, by their labels
+	std::map<std::string, ros::Overrides> of_others{};  //!< the same of other lasers, by their labels
 };
 
-bool is_answered(const ScanDoubt& doubt, const Overrides& overrides);
+bool is_answered(const ScanDoubt& doubt, const ros::Overrides& overrides);
 
 /// Reads a log from its start, for the robot that carries the laser `label`; the scans of that laser are as `overrides`
 /// says, in their objects' bytes, too. Ranges that were above the range that the log gives the laser count if they are

@@ -5,7 +5,6 @@
 #include <ros/observation.h>
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +14,4 @@ namespace d2s1r::logs
 {
 /// Returns the fields that cannot be right or contradict each other, a line each.
 std::vector<ScanDoubt> doubts_about_fields(const ros::LaserScan& scan);
-
-/// Returns the angles of the beams as the other fields of a message have them, if its usual ones are doubtful.
-std::optional<OtherAngles> other_angles_of(const ros::LaserScan& scan);
-
 }  // namespace d2s1r::logs

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "ros/drive_calibration.h"
+#include "ros/mounting.h"
 #include "ros/robot_track.h"
 
 namespace d2s1r::ros
@@ -21,7 +23,8 @@ struct UncalibratedScan
 	mrpt::poses::CPose3D laser;  //!< its frame on the robot
 	SweepTime sweep;
 	bool is_cloud = false;
-	bool are_angles_doubtful = false;  //!< see calibration::Given
+	std::optional<OtherAngles> other_angles{};
+	Sweep motion{};  //!< of the robot during it
 };
 
 /// Collects scans that were found in the map while the robot drives, and calibrates the laser by them. Messages are
@@ -31,29 +34,42 @@ class RunningCalibration
    public:
 	using Readings = std::vector<std::pair<Time, mrpt::math::TPose2D>>;
 
-	/// \param given holds whatever the drive shows \param is_on whether it is asked
-	RunningCalibration(const Overrides& given, bool is_on) : given_(given), in_use_(given), is_on_(is_on) {}
+	/// Returns whether a scan is found in the map.
+	using Finder = std::function<bool(const RangeScan& scan, const Sweep& motion)>;
 
-	/// Returns how the messages are read in any case, and how they are read now.
-	const Overrides& given() const { return given_; }
+	/// \param given holds whatever the drive shows \param is_on whether it is asked
+	RunningCalibration(const Overrides& given, bool is_on)
+	    : given_(given), mounted_(given), in_use_(given), is_on_(is_on)
+	{
+	}
+
+	/// Returns how the messages are read as the scans of add() and miss() have it, and how they are read now.
+	const Overrides& recorded() const { return mounted_; }
 	const Overrides& in_use() const { return in_use_; }
 
-	/// Takes the time of a scan, and how the robot moved since the one before; no value: nobody measured it.
-	void follow(Time scan, const std::optional<mrpt::poses::CPose2D>& motion);
+	/// Takes the time of a scan, and where the robot was by its odometry; no value: nobody measured it.
+	void follow(Time scan, const std::optional<mrpt::poses::CPose2D>& robot);
 
-	/// Returns whether a scan tells something that was not told before, if it is found.
+	/// Returns whether a scan tells something that was not told before.
 	bool wants(Time time) const;
 
-	/// Takes a scan that was found in the map. \param robot there
+	/// Takes a scan that was found in the map. \param map that it was found in \param robot there
 	/// \param readings of the odometry as it is in use, by increasing time
 	/// \return whether scans are read so differently from now on that what was found before counts no more
 	bool add(const Grid& map, const UncalibratedScan& scan, const mrpt::math::TPose2D& robot, const Readings& readings);
+
+	/// Takes a scan that was found in no map. If most are not, it looks whether they are by another mounting.
+	/// \return as add()
+	bool miss(const UncalibratedScan& scan, const Finder& is_found);
+
+	/// Returns whether the drive agrees with how the laser is read.
+	bool is_confirmed() const { return agreement_ == calibration::Agreement::kAgrees; }
 
 	/// Returns whether the drive contradicts how the laser is read, and does not show how it must be.
 	bool is_contradicted() const { return agreement_ == calibration::Agreement::kContradicts; }
 
 	/// Returns what that means for poses.
-	Doubt doubt() const { return is_contradicted() ? Doubt{description(), contradiction_} : Doubt(); }
+	Doubt doubt() const;
 
 	/// Returns whether the robot has moved so far that the drive has to confirm how the laser is read, and has not yet.
 	bool is_open() const;
@@ -67,25 +83,32 @@ class RunningCalibration
    private:
 	static constexpr std::size_t kFirst = 8, kMost = 60;  //!< [-] scans by which it calibrates first, and that it keeps
 
+	bool take(const UncalibratedScan& scan);
 	void add_odometry(const Readings& readings);
-	bool calibrate(const Grid& map, const UncalibratedScan& newest);
+	bool calibrate(const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest);
 	calibration::Given given_with(const UncalibratedScan& scan) const;
+	void tell(const std::vector<std::string>& contradictions);
 
-	Overrides given_, in_use_;
+	Overrides given_, mounted_, in_use_;  //!< given; with the mounting by which scans are found; with what is shown
 	bool is_on_;
+	std::optional<mrpt::poses::CPose2D> robot_;    //!< at the last scan, by the odometry
 	double way_ = 0, turn_ = 0;                    //!< [m], [rad] that the robot moved since it was switched on
 	double way_since_ = 0, turn_since_ = 0;        //!< the same since the last scan that was taken
+	std::optional<Time> taken_;                    //!< time of that scan
 	std::optional<mrpt::poses::CPose3D> laser_;    //!< by the messages, of the scans
 	int moved_ = 0;                                //!< [-] times that this changed
 	calibration::Reading told_;                    //!< by the messages
 	std::optional<calibration::Reading> reading_;  //!< in use; no value: that of the messages
-	std::vector<calibration::FoundScan> scans_;
+	std::vector<std::pair<const Grid*, calibration::FoundScan>> scans_;
+	std::vector<UncalibratedScan> missed_;
 	std::vector<TimedPose> odometry_;
-	std::deque<Time> stamps_;     //!< of the last scans
-	std::size_t with_scans_ = 0;  //!< [-] readings of the odometry that have the time of a scan
-	std::size_t next_ = kFirst;   //!< [-] scans with which it calibrates again
+	std::deque<Time> stamps_;                             //!< of the last scans
+	std::size_t with_scans_ = 0;                          //!< [-] readings of the odometry that have the time of a scan
+	std::size_t next_ = kFirst, next_mounting_ = kFirst;  //!< [-] scans, found and missed, with which it looks again
 	calibration::Agreement agreement_ = calibration::Agreement::kNotShown;
+	bool is_yaw_shown_ = false;                  //!< by the drive, also by turns that are too small for an agreement
 	mrpt::math::CMatrixDouble33 contradiction_;  //!< see Doubt
+	std::string mounting_;                       //!< by which scans are found, for people; empty: as it is told
 	std::string shown_;                          //!< what the drive contradicts; empty: nothing
 };
 }  // namespace d2s1r::ros
