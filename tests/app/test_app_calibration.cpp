@@ -1,0 +1,229 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Logs whose messages say what is wrong of a laser or of the odometry, of the kinds that people report: once the drive
+// has shown it, poses are right.
+#include <nlohmann/json.hpp>
+
+#include "app_process.h"
+#include "app_world.h"
+#include "told_drive.h"
+
+using namespace d2s1r::test;
+
+namespace
+{
+struct Score
+{
+	std::size_t frames = 0, right = 0, wrong = 0;  //!< [-] all; localized within 0.3 m and 5 deg; localized elsewhere
+};
+}  // namespace
+
+class AppCalibration : public AppTest
+{
+   protected:
+	AppCalibration() { save_gridmap(make_floor(), path("floor.gridmap.gz")); }
+
+	Score score_of(const ToldDrive& told, const Words& more = {})
+	{
+		write_file(path("log.mcap"), mcap_file(messages_of(told)));
+		Words words = {"-m", path("floor.gridmap.gz"), "-i", path("log.mcap"), "--stream", "--sensor-label", "/scan"};
+		words.insert(words.end(), more.begin(), more.end());
+		const ProcessResult result = run(words);
+		EXPECT_EQ(result.status, 0) << result.err;
+		said_ = result.err;
+		const auto robots = robots_of(told);
+		const Words lines = lines_of(result.out);
+		EXPECT_EQ(lines.size(), robots.size());
+		Score score;
+		for (std::size_t i = 0; i < std::min(lines.size(), robots.size()); i++)
+		{
+			const auto frame = nlohmann::json::parse(lines[i]);
+			score.frames++;
+			if (frame["status"] != "localized") continue;
+			const mrpt::math::TPose2D pose(frame["x"], frame["y"], frame["phi"]);
+			const bool is_right = distance_between(pose, robots[i]) < 0.3 && turn_between(pose, robots[i]) < 5;
+			(is_right ? score.right : score.wrong)++;
+		}
+		return score;
+	}
+
+	/// Expects that at least 90 % of the frames are right, and none is localized and wrong.
+	void expect_right(const std::string& name, const ToldDrive& told, const Words& more = {})
+	{
+		const Score score = score_of(told, more);
+		EXPECT_EQ(score.wrong, 0U) << name << '\n' << said_;
+		EXPECT_GE(score.right, (9 * score.frames + 9) / 10) << name << " of " << score.frames << '\n' << said_;
+		printf("%-40s %zu right %zu wrong of %zu\n", name.c_str(), score.right, score.wrong, score.frames);
+	}
+
+	std::string said_;  //!< by the program
+};
+
+TEST_F(AppCalibration, AnglesThatContradictEachOther)  // 22
+{
+	for (const double off : {0.1, -0.1, 0.03, -0.03, 0.007, -0.007})
+	{
+		ToldDrive told;
+		told.told_step = 1 + off;
+		expect_right("angle_increment off by " + std::to_string(off), told);
+	}
+}
+
+TEST_F(AppCalibration, TurnedLasers)  // 42
+{
+	for (const double turned : {180., 90., -90., 45., 20., 10., 5., -20.})
+	{
+		ToldDrive told;
+		told.drive.truth.laser.phi = turned * kDegree;
+		expect_right("turned by " + std::to_string(turned) + " deg", told);
+	}
+}
+
+TEST_F(AppCalibration, StampsAtTheEndOrTheMiddleOfTheSweep)  // 43, 44
+{
+	for (const double rate : {0.5, 1., 2.})
+		for (const double share : {1., 0.5})
+		{
+			ToldDrive told(rate);
+			told.drive.truth.duration = told.told_duration = 0.1;
+			told.drive.truth.first_beam = -share * 0.1;
+			expect_right(std::to_string(rate) + " rad/s, stamped at " + std::to_string(share), told);
+		}
+}
+
+TEST_F(AppCalibration, BeamsInAnotherOrderOrOtherTimes)  // 45, 46, 47
+{
+	for (const double rate : {1., 2.})
+	{
+		ToldDrive reversed(rate);
+		reversed.told_duration = reversed.drive.truth.first_beam = 0.1;
+		reversed.drive.truth.duration = -0.1;
+		expect_right("reversed at " + std::to_string(rate), reversed);
+		ToldDrive too_small(rate);
+		too_small.told_duration = 0.01;
+		too_small.drive.truth.duration = 0.2;
+		expect_right("time_increment 20 times too small at " + std::to_string(rate), too_small);
+		ToldDrive at_once(rate);
+		at_once.told_duration = 0.2;
+		expect_right("all beams at once at " + std::to_string(rate), at_once);
+	}
+}
+
+TEST_F(AppCalibration, OdometryOfAnotherClock)  // 48
+{
+	for (const double clock : {1., -1., 3., -3., -8310659.})
+	{
+		ToldDrive told;
+		told.drive.truth.odometry_clock = clock;
+		told.drive.truth.duration = told.told_duration = 0.1;
+		expect_right("odometry off by " + std::to_string(clock) + " s", told);
+	}
+}
+
+TEST_F(AppCalibration, OtherTransforms)  // 49, 52
+{
+	ToldDrive both;
+	both.moving_mount = MadeTransform{"base_link", "laser", 0.2, 0, 0.2, 'z', M_PI / 2};
+	expect_right("tf and tf_static", both);
+	for (const double yaw : {90., 180.})
+		for (const char axis : {'x', 'y'})
+		{
+			ToldDrive told;
+			told.drive.truth.laser.phi = yaw * kDegree;
+			told.mount = {"base_link", "laser", 0.2, 0, 0.2, axis, yaw * kDegree};
+			expect_right(std::to_string(yaw) + " deg about " + std::string(1, axis), told);
+		}
+	for (const double yaw : {90., 180., 45.})
+	{
+		ToldDrive told;
+		told.drive.truth.laser.phi = yaw * kDegree;
+		told.mount.angle = yaw;  // [deg]
+		expect_right("radians for degrees " + std::to_string(yaw), told);
+	}
+	for (const double yaw : {90., 180.})
+	{
+		ToldDrive blind;
+		blind.drive.truth.laser.phi = yaw * kDegree;
+		blind.mount = {"base_link", "laser", 0.2, 0, 0.2, 'x', yaw * kDegree};
+		blind.has_odometry = false;
+		EXPECT_EQ(score_of(blind).wrong, 0U) << "nothing shows the yaw\n" << said_;
+	}
+	ToldDrive upside_down;
+	upside_down.are_scans_mirrored = true;
+	expect_right("upside down", upside_down);
+}
+
+TEST_F(AppCalibration, MirroredOdometry)  // 51
+{
+	for (const double rate : {1., 2.})
+	{
+		ToldDrive told(rate);
+		told.drive.truth.is_odometry_mirrored = true;
+		told.drive.truth.duration = told.told_duration = 0.2;
+		expect_right("mirrored odometry at " + std::to_string(rate), told);
+	}
+}
+
+TEST_F(AppCalibration, TwoFaultsAtOnce)
+{
+	ToldDrive turned_and_late;
+	turned_and_late.drive.truth.laser.phi = 90 * kDegree;
+	turned_and_late.drive.truth.duration = turned_and_late.told_duration = 0.1;
+	turned_and_late.drive.truth.first_beam = -0.1;
+	expect_right("turned and late", turned_and_late);
+	ToldDrive mirrored_and_other_clock;
+	mirrored_and_other_clock.drive.truth.is_odometry_mirrored = true;
+	mirrored_and_other_clock.drive.truth.odometry_clock = 1;
+	mirrored_and_other_clock.drive.truth.duration = mirrored_and_other_clock.told_duration = 0.1;
+	expect_right("mirrored odometry of another clock", mirrored_and_other_clock);
+	ToldDrive turned_and_mirrored;
+	turned_and_mirrored.drive.truth.laser.phi = 180 * kDegree;
+	turned_and_mirrored.drive.truth.is_odometry_mirrored = true;
+	expect_right("turned and mirrored odometry", turned_and_mirrored);
+	ToldDrive turned_and_reversed;
+	turned_and_reversed.drive.truth.laser.phi = 20 * kDegree;
+	turned_and_reversed.told_duration = turned_and_reversed.drive.truth.first_beam = 0.1;
+	turned_and_reversed.drive.truth.duration = -0.1;
+	expect_right("turned and reversed", turned_and_reversed);
+	ToldDrive angles_and_late;
+	angles_and_late.told_step = 1.03;
+	angles_and_late.drive.truth.duration = angles_and_late.told_duration = 0.1;
+	angles_and_late.drive.truth.first_beam = -0.05;
+	expect_right("angles and stamp in the middle", angles_and_late);
+}
+
+TEST_F(AppCalibration, FewScansNarrowViewsAndRoughOdometry)
+{
+	for (const double turned : {180., 90., 45., 20.})
+	{
+		ToldDrive few(1, 8);
+		few.drive.truth.laser.phi = turned * kDegree;
+		expect_right("8 scans turned by " + std::to_string(turned), few);
+		ToldDrive narrow;
+		narrow.drive.field_of_view = 1.5 * M_PI;
+		narrow.drive.truth.laser.phi = turned * kDegree;
+		expect_right("270 deg turned by " + std::to_string(turned), narrow);
+		ToldDrive rough;
+		rough.drive.odometry_error = 0.2;
+		rough.drive.truth.laser.phi = turned * kDegree;
+		expect_right("rough odometry turned by " + std::to_string(turned), rough);
+		ToldDrive on_tf;
+		on_tf.is_odometry_on_tf = true;
+		on_tf.drive.truth.laser.phi = turned * kDegree;
+		expect_right("tf turned by " + std::to_string(turned), on_tf);
+	}
+}
+
+TEST_F(AppCalibration, TwoLasers)
+{
+	for (const double turned : {180., 90., 20.})
+		for (const bool is_other : {false, true})
+		{
+			ToldDrive told;
+			told.drive.field_of_view = 1.5 * M_PI;
+			told.other_laser = {-0.2, 0, is_other ? M_PI + turned * kDegree : M_PI};
+			told.told_other_yaw = M_PI;
+			if (!is_other) told.drive.truth.laser.phi = turned * kDegree;
+			expect_right(
+			    "merged, turned by " + std::to_string(turned) + (is_other ? " other" : ""), told, {"--merge-lasers"});
+		}
+}
