@@ -57,6 +57,7 @@ void add_options(CLI::App& parser, DriveSettings& settings)
 	    number(world.odometry_error, 0));
 	app::OptionGroup troubles(parser, "Troubles");
 	troubles.value("--clutter", "N", "put N things into the building that are not on the map", count(world.clutter, 0));
+	troubles.value("--people", "N", "let N people walk through the building", count(world.people, 0));
 	troubles.value(
 	    "--kidnap", "SECONDS", "carry the robot away each SECONDS (default 60; 0: never)",
 	    number(settings.between_kidnappings, 0));

@@ -13,6 +13,7 @@ namespace d2s1r::drive
 namespace
 {
 constexpr double kClearance = 0.4;             // [m] to walls
+constexpr double kPerson = 0.25, kWalk = 1;    // [m] radius of a person, [m/s]
 constexpr double kTurn = 2, kTurnAhead = 0.2;  // [rad/m] of the speed, without and with a way ahead
 constexpr double kStep = 0.005;                // [s] in which the robot moves
 }  // namespace
@@ -31,6 +32,7 @@ World::World(Grid grid, const WorldSettings& settings)
 			if (std::hypot(grid_.center_x(cell) - thing.x(), grid_.center_y(cell) - thing.y()) < reach)
 				grid_.cells[static_cast<std::size_t>(cell)] = Cell::kOccupied;
 	}
+	for (int i = 0; i < settings.people; i++) people_.push_back(place_with_room());
 }
 
 bool World::has_room(double x, double y, double clearance) const
@@ -72,9 +74,27 @@ void World::move(double seconds)
 	odometry_ = odometry_ + mrpt::poses::CPose2D(motion.x() * way, motion.y() * way, motion.phi() * turn);
 }
 
+/// Lets people go straight on, and elsewhere where they meet a wall.
+void World::walk()
+{
+	std::uniform_real_distribution<double> any(-M_PI, M_PI);
+	for (auto& person : people_)
+	{
+		const auto next = person + mrpt::poses::CPose2D(kWalk * kStep, 0, 0);
+		if (has_room(next.x(), next.y(), kPerson))
+			person = next;
+		else
+			person.phi(any(random_));
+	}
+}
+
 void World::step()
 {
-	bool is_free = true;
+	walk();
+	// Unknown space hides no beam, but the map knows nothing of who is there.
+	constexpr double kAhead = 0.4, kBeside = 0.2;  // [m]
+	const auto next = pose_ + mrpt::poses::CPose2D(kAhead, 0, 0);
+	bool is_free = has_room(next.x(), next.y(), kBeside);
 	for (const double angle : {-0.6, -0.3, 0.0, 0.3, 0.6})
 		is_free = is_free && cast(pose_.x(), pose_.y(), pose_.phi() + angle, 1) >= 2 * kClearance;
 	constexpr double kLeastTurning = 0.3;  // [s]
@@ -105,6 +125,20 @@ double World::cast(double x, double y, double angle, double range) const
 	return std::numeric_limits<double>::infinity();
 }
 
+/// Returns the range [m] to the first person that a beam meets; infinity if there is none.
+double World::range_to_people(double x, double y, double angle) const
+{
+	double nearest = std::numeric_limits<double>::infinity();
+	for (const auto& person : people_)
+	{
+		const double dx = person.x() - x, dy = person.y() - y;
+		const double ahead = dx * std::cos(angle) + dy * std::sin(angle);
+		const double square = kPerson * kPerson - (dx * dx + dy * dy - ahead * ahead);  // [m2] of half a chord
+		if (ahead > 0 && square > 0) nearest = std::min(nearest, std::max(0.0, ahead - std::sqrt(square)));
+	}
+	return nearest;
+}
+
 double World::first_angle() const
 {
 	return -mrpt::DEG2RAD(settings_.field_of_view) / 2;
@@ -124,7 +158,9 @@ std::vector<float> World::scan()
 	for (int i = 0; i < settings_.beams; i++)
 	{
 		const double angle = laser.phi() + first_angle() + i * angle_step();
-		ranges.push_back(static_cast<float>(cast(laser.x(), laser.y(), angle, settings_.range) + noise(noise_)));
+		const double range =
+		    std::min(cast(laser.x(), laser.y(), angle, settings_.range), range_to_people(laser.x(), laser.y(), angle));
+		ranges.push_back(static_cast<float>(range + noise(noise_)));
 	}
 	return ranges;
 }

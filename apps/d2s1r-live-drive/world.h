@@ -21,6 +21,7 @@ struct WorldSettings
 	double speed = 0.5;            //!< [m/s]; it turns by twice as many rad/s
 	double odometry_error = 0.02;  //!< [-] standard deviation of each measured motion
 	int clutter = 0;               //!< [-] things of 0.3 to 1 m that are not on the map
+	int people = 0;                //!< [-] that walk through the building
 };
 
 /// Where the laser is on the robot [m, rad].
@@ -51,13 +52,16 @@ class World
 	mrpt::poses::CPose2D place_with_room();
 	bool has_room(double x, double y, double clearance) const;
 	double cast(double x, double y, double angle, double range) const;
+	double range_to_people(double x, double y, double angle) const;
 	void step();
+	void walk();
 
 	Grid grid_;  //!< with the clutter
 	WorldSettings settings_;
-	std::mt19937 random_;  //!< of the building, and of where the robot is put
+	std::mt19937 random_;  //!< of the building, of people, and of where the robot is put
 	std::mt19937 noise_;   //!< of what is measured
 	mrpt::poses::CPose2D pose_, odometry_;
+	std::vector<mrpt::poses::CPose2D> people_;
 	double turning_ = 0;  //!< [s] for which the robot goes on to turn
 	double owed_ = 0;     //!< [s] that it still has to drive, less than a step
 };
