@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // track_experiment recorded MAP RUN.rawlog RUN_gt.txt [NAME=VALUE ...]
-// track_experiment simulated [NAME=VALUE ...]
+// track_experiment simulated [MAP [WORLD]] [NAME=VALUE ...]
 // How well Tracker follows a robot, and MRPT's particle filter as `rawlog-localize --fuse` runs it. NAME=VALUE sets
 //   filter=0|1         whether the filter follows it, too (1)
 //   frames=N           [frames] of a recorded run that are used at most (all)
@@ -8,15 +8,18 @@
 //   scale=NUMBER       [-] by which the ways of the odometry are multiplied (1)
 //   list=0|1           whether a line is printed for each frame that the tracker has wrong or outside of three standard
 //                      deviations (0)
-//   and of a simulated drive through a generated floor
+//   right=M            how far off a right pose may be (0.3)
+//   truth=M, truth_yaw=DEG  standard deviations of the truth (simulated 0, recorded 0.05 and 1: a third of how far such
+//                      truths lie from where their scans fit the map best)
+//   and of a simulated drive through a generated floor, MAP, or WORLD, another drawing of the building of MAP
 //   area=M2 (400), twins=0|1: the floor and itself turned by half a turn beside it (0), seed=N (1), seconds=S (300),
 //   rate=HZ (10) of scans, speed=M/S (0.5), view=DEG (360), beams=N (360), reach=M (30), clutter=SHARE of the beams
 //   that people hide (0.3), altered=0|1 whether some walls are others than in the map (1), kidnap=S seconds between two
 //   kidnappings (0: none), stand=S seconds that the robot stands after each (0)
-// Prints, for each of the two: errors of the poses where they are right, share of time right (0.3 m, 10 deg), seconds
+// Prints, for each of the two: errors of the poses where they are right, share of time right (and 10 deg), seconds
 // until right after the start and after each kidnapping, processor time and instructions a scan, and the longest time
-// outside of three standard deviations, of all poses and of those that it is sure of. The truth of a recorded drive
-// counts with 0.05 m and 1 deg: a third of how far such truths lie from where their scans fit the map best.
+// outside of three standard deviations, of all poses and of those that it is sure of, and how often that was for more
+// than 3 s.
 #include <d2s1r/map_io.h>
 #include <d2s1r/tracker.h>
 #include <linux/perf_event.h>
@@ -47,7 +50,8 @@ namespace
 using mrpt::math::TPose2D;
 using mrpt::poses::CPose2D;
 
-constexpr double kRight = 0.3, kRightYaw = mrpt::DEG2RAD(10.0);  //!< [m], [rad]
+constexpr double kLong = 3;                        //!< [s]
+constexpr double kRightYaw = mrpt::DEG2RAD(10.0);  //!< [rad]
 
 /// A scan of a drive.
 struct Step
@@ -60,6 +64,15 @@ struct Step
 	double truth_std = 0, truth_std_yaw = 0;  //!< [m], [rad] of the truth
 	bool is_carried = false;                  //!< whether the robot was carried away before it
 };
+
+/// Sets how well the truth is known. \param unless_set [m], [deg]
+void set_truth_std(Step& step, double unless_set, double unless_set_yaw, const Settings& settings)
+{
+	const auto choose = [&](const char* name, double other)
+	{ return settings.at(name) >= 0 ? settings.at(name) : other; };
+	step.truth_std = choose("truth", unless_set);
+	step.truth_std_yaw = mrpt::DEG2RAD(choose("truth_yaw", unless_set_yaw));
+}
 
 /// A pose that somebody tells after a scan.
 struct ToldPose
@@ -127,6 +140,9 @@ double quantile(std::vector<double> values, double share)
 class Judge
 {
    public:
+	/// \param right [m] how far off a right pose may be
+	explicit Judge(double right) : most_off_(right) {}
+
 	void add(const Step& step, const std::optional<ToldPose>& told, double cpu_ms, double instructions)
 	{
 		cpu_ms_.push_back(cpu_ms);
@@ -142,15 +158,14 @@ class Judge
 		if (!step.has_truth) return;
 		const double off = told ? std::hypot(told->pose.x - step.truth.x, told->pose.y - step.truth.y) : HUGE_VAL;
 		const double turn = told ? std::abs(mrpt::math::wrapToPi(told->pose.phi - step.truth.phi)) : HUGE_VAL;
-		is_right_ = off < kRight && turn < kRightYaw;
+		is_right_ = off < most_off_ && turn < kRightYaw;
 		all_ += passed;
 		right_ += is_right_ ? passed : 0;
 		sure_ += told && told->is_sure ? 1 : 0;
 		misled_ += told && told->is_sure && !is_right_ ? 1 : 0;
 		frames_++;
 		if (is_right_ && std::isinf(times_.back())) times_.back() = step.time - lost_since_;
-		if (std::isinf(times_.back())) return;
-		if (told) judge_settled(step, *told, off, turn);
+		if (told) judge_told(step, *told, off, turn);
 	}
 
 	bool is_right() const { return is_right_ && std::isinf(outside_since_); }
@@ -160,12 +175,13 @@ class Judge
 		const std::vector<double> carried(times_.begin() + 1, times_.end());
 		std::printf(
 		    "%-8s off %.3f m (95 %% %.3f), %.2f deg (%.2f); right %.2f %% of the time; start %.1f s, kidnapped %zu: "
-		    "median %.1f, longest %.1f s; sure %d of %d, wrong %d; outside 3 std for %.1f s, sure %.1f s; cpu %.2f ms "
-		    "(mean %.2f)",
+		    "median %.1f, longest %.1f s; sure %d of %d, wrong %d; outside 3 std for %.1f s, sure %.1f s, %d times "
+		    "more "
+		    "than 3 s; cpu %.2f ms (mean %.2f)",
 		    name, quantile(off_, 0.5), quantile(off_, 0.95), mrpt::RAD2DEG(quantile(turn_, 0.5)),
 		    mrpt::RAD2DEG(quantile(turn_, 0.95)), 100 * right_ / all_, times_.front(), carried.size(),
 		    quantile(carried, 0.5), quantile(carried, 1), sure_, frames_, misled_, longest_outside_, longest_sure_,
-		    quantile(cpu_ms_, 0.5), mean(cpu_ms_));
+		    long_sure_, quantile(cpu_ms_, 0.5), mean(cpu_ms_));
 		if (quantile(instructions_, 0.5) > 0)
 			std::printf(
 			    ", %.2f M instructions (mean %.2f)", 1e-6 * quantile(instructions_, 0.5), 1e-6 * mean(instructions_));
@@ -180,7 +196,7 @@ class Judge
 		return sum / static_cast<double>(values.size());
 	}
 
-	void judge_settled(const Step& step, const ToldPose& told, double off, double turn)
+	void judge_told(const Step& step, const ToldPose& told, double off, double turn)
 	{
 		if (is_right_)
 		{
@@ -200,23 +216,28 @@ class Judge
 			sure_outside_since_ = HUGE_VAL;
 		else if (std::isinf(sure_outside_since_))
 			sure_outside_since_ = step.time;
-		if (is_outside && told.is_sure) longest_sure_ = std::max(longest_sure_, step.time - sure_outside_since_);
+		if (!is_outside || !told.is_sure) return;
+		const double outside = step.time - sure_outside_since_;
+		long_sure_ += outside > kLong && sure_outside_ <= kLong ? 1 : 0;
+		sure_outside_ = outside;
+		longest_sure_ = std::max(longest_sure_, outside);
 	}
 
+	double most_off_;
 	std::vector<double> off_, turn_, cpu_ms_, instructions_, times_;
 	double all_ = 0, right_ = 0, lost_since_ = 0, outside_since_ = HUGE_VAL, longest_outside_ = 0;
-	double sure_outside_since_ = HUGE_VAL, longest_sure_ = 0;
+	double sure_outside_since_ = HUGE_VAL, sure_outside_ = 0, longest_sure_ = 0;
 	std::optional<double> last_time_;
-	int sure_ = 0, misled_ = 0, frames_ = 0;
+	int sure_ = 0, misled_ = 0, frames_ = 0, long_sure_ = 0;
 	bool is_right_ = false;
 };
 
 /// Runs a follower over a drive.
 template <typename Follow>
-Judge follow(const std::vector<Step>& drive, const char* name, bool lists, Follow follow_one)
+void follow(const std::vector<Step>& drive, const char* name, const Settings& settings, bool lists, Follow follow_one)
 {
 	const Effort effort;
-	Judge judge;
+	Judge judge(settings.at("right"));
 	for (std::size_t i = 0; i < drive.size(); i++)
 	{
 		const double began = Effort::seconds(), before = effort.instructions();
@@ -229,7 +250,6 @@ Judge follow(const std::vector<Step>& drive, const char* name, bool lists, Follo
 			    told ? describe(*told).c_str() : "nothing");
 	}
 	judge.print(name);
-	return judge;
 }
 
 /// Lets both follow a drive.
@@ -238,7 +258,7 @@ void compare(const std::vector<Step>& drive, const CSignatureMap2D::Ptr& map, co
 	const Localizer& localizer = map->localizer();
 	Tracker tracker(localizer);
 	follow(
-	    drive, "tracker", settings.at("list") != 0,
+	    drive, "tracker", settings, settings.at("list") != 0,
 	    [&](const Step& step) -> std::optional<ToldPose>
 	    {
 		    const Localization answer =
@@ -251,7 +271,7 @@ void compare(const std::vector<Step>& drive, const CSignatureMap2D::Ptr& map, co
 	CParticleFilterFusion filter;
 	filter.start({{map}}, {});
 	follow(
-	    drive, "filter", false,
+	    drive, "filter", settings, false,
 	    [&](const Step& step) -> std::optional<ToldPose>
 	    {
 		    const auto fused = filter.step({*step.scan, localizer.localize(d2s1r::scan_of(*step.scan)), step.motion});
@@ -276,8 +296,7 @@ void run_recorded(const Words& words, const Settings& settings)
 		step.time = mrpt::Clock::toDouble(run[i].scan->timestamp);
 		step.truth = run[i].truth;
 		step.has_truth = run[i].has_truth;
-		step.truth_std = 0.05;
-		step.truth_std_yaw = mrpt::DEG2RAD(1.0);
+		set_truth_std(step, 0.05, 1, settings);
 		if (i > 0 && run[i].odometry && run[i - 1].odometry && settings.at("wheels") >= 0)
 			step.motion = *run[i].odometry - *run[i - 1].odometry;
 	}
@@ -398,12 +417,14 @@ class Wanderer
 	CPose2D pose_;
 };
 
-void run_simulated(const Settings& settings)
+void run_simulated(const Words& words, const Settings& settings)
 {
 	const auto seed = static_cast<unsigned>(settings.at("seed"));
-	Grid floor = benchmark::make_office_floor(settings.at("area"), 0.05, seed);
+	const auto read = [](const std::string& file) { return make_grid(*load_map(file), {}); };
+	Grid floor = words.size() > 1 ? read(words[1]) : benchmark::make_office_floor(settings.at("area"), 0.05, seed);
 	if (settings.at("twins") != 0) floor = with_twin(floor);
-	const Grid world = settings.at("altered") != 0 ? altered(floor, seed) : floor;
+	Grid world = words.size() > 2 ? read(words[2]) : floor;
+	if (settings.at("altered") != 0) world = altered(world, seed);
 	Wanderer robot(world, settings);
 	std::vector<Step> drive;
 	const double between = 1 / settings.at("rate"), kidnap = settings.at("kidnap");
@@ -422,10 +443,11 @@ void run_simulated(const Settings& settings)
 			carried_at = passed;
 		}
 		step.truth = robot.pose();
+		set_truth_std(step, 0, 0, settings);
 		step.scan = robot.scan(step.time);
 		if (settings.at("wheels") < 0) step.motion.reset();
 	}
-	compare(drive, CSignatureMap2D::Create(*map_of(floor)), settings);
+	compare(drive, CSignatureMap2D::Create(words.size() > 1 ? *load_map(words[1]) : *map_of(floor)), settings);
 }
 }  // namespace
 }  // namespace d2s1r::experiments
@@ -440,23 +462,26 @@ int main(int argc, char** argv)
 		    words.begin(), words.end(), [](const std::string& word) { return word.find('=') == std::string::npos; });
 		const Words set(first, words.end());
 		words.erase(first, words.end());
-		const Settings unless_given = {{"filter", 1},    {"frames", std::numeric_limits<double>::infinity()},
-		                               {"wheels", 0},    {"scale", 1},
-		                               {"list", 0},      {"area", 400},
-		                               {"twins", 0},     {"seed", 1},
-		                               {"seconds", 300}, {"rate", 10},
-		                               {"speed", 0.5},   {"view", 360},
-		                               {"beams", 360},   {"reach", 30},
-		                               {"clutter", 0.3}, {"altered", 1},
-		                               {"kidnap", 0},    {"stand", 0}};
+		const Settings unless_given = {{"filter", 1},  {"frames", std::numeric_limits<double>::infinity()},
+		                               {"wheels", 0},  {"scale", 1},
+		                               {"list", 0},    {"right", 0.3},
+		                               {"truth", -1},  {"truth_yaw", -1},
+		                               {"area", 400},  {"twins", 0},
+		                               {"seed", 1},    {"seconds", 300},
+		                               {"rate", 10},   {"speed", 0.5},
+		                               {"view", 360},  {"beams", 360},
+		                               {"reach", 30},  {"clutter", 0.3},
+		                               {"altered", 1}, {"kidnap", 0},
+		                               {"stand", 0}};
 		const Settings settings = read_settings("track_experiment", unless_given, set);
 		if (words.size() == 4 && words[0] == "recorded")
 			run_recorded(words, settings);
-		else if (words.size() == 1 && words[0] == "simulated")
-			run_simulated(settings);
+		else if (!words.empty() && words.size() < 4 && words[0] == "simulated")
+			run_simulated(words, settings);
 		else
 			throw std::invalid_argument(
-			    "usage: track_experiment recorded MAP RUN.rawlog GT [NAME=VALUE ...], or simulated [NAME=VALUE ...]");
+			    "usage: track_experiment recorded MAP RUN.rawlog GT [NAME=VALUE ...], or simulated [MAP [WORLD]] "
+			    "[NAME=VALUE ...]");
 		return 0;
 	}
 	catch (const std::exception& error)
