@@ -3,11 +3,15 @@
 """Measures how well the tracker follows robots, and MRPT's particle filter, as --fuse runs it, on the same drives.
 
     D2S1R_DATA=sites experiments/track.py build/release/experiments/track_experiment --foreign FOLDER --drives 20
+    D2S1R_DATA=sites experiments/track.py build/release/experiments/track_experiment --hours 10 --sites intel fr079
 
 The drives are run.rawlog of the sites, the bags of FOLDER (each a folder with map.yaml, test.bag and test_gt.txt), and
 simulated drives with people, 20 % of error of the odometry and kidnappings. MRPT's filter stands for amcl, which needs a
-ROS installation. The table goes to standard output."""
+ROS installation. --hours lets the tracker alone drive for so long, by turns in the maps of the sites and on generated floors.
+The table goes to standard output."""
 import argparse
+import concurrent.futures
+import os
 import pathlib
 import re
 import subprocess
@@ -24,7 +28,7 @@ REACHES = (3.5, 5, 8, 15, 30)  # [m]
 LINE = re.compile(
     r"(tracker|filter) +off (\S+) m \(95 % (\S+)\), (\S+) deg \((\S+)\); right (\S+) % of the time; start (\S+) s, "
     r"kidnapped (\d+): median (\S+), longest (\S+) s; sure (\d+) of (\d+), wrong (\d+); outside 3 std for (\S+) s, "
-    r"sure (\S+) s; cpu (\S+) ms \(mean (\S+)\)")
+    r"sure (\S+) s, (\d+) times more than 3 s; cpu (\S+) ms \(mean (\S+)\)")
 
 
 def simulated(count):
@@ -51,12 +55,31 @@ def recorded(folders, frames):
     return drives
 
 
+def long_drives(program, hours, folders):
+    """A row for each of 20 drives of the tracker, which take `hours` together."""
+    count, rate = 20, 5  # [-], [Hz]
+    maps = [str(folder / "map.yaml") for folder in folders]
+
+    def row(drive):
+        i, (name, words) = drive
+        site = maps[i // 2 % len(maps)] if i % 2 == 0 else None
+        words = words[:1] + [site] * bool(site) + words[1:] + ["filter=0", f"rate={rate}", f"seconds={3600 * hours / count}"]
+        found = LINE.search(subprocess.run([program, *words], check=True, capture_output=True, text=True).stdout)
+        name = name.split(": ")[1] + (", " + folders[i // 2 % len(maps)].name if site else ", generated floor")
+        cells = [name, *found.group(6, 8, 9, 10), f"{found[13]} of {found[11]}", *found.group(15, 16)]
+        print(cells, file=sys.stderr, flush=True)
+        return cells
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(row, enumerate(simulated(count))))
+
+
 def rows_of(program, name, words):
     """A row for the tracker and one for the filter."""
     output = subprocess.run([program, *words], check=True, capture_output=True, text=True).stdout
     rows = [[name, who, off, off95, turn, turn95, right, start, kidnappings, again, longest, f"{wrong} of {sure}", outside,
              outside_sure, cpu, mean]
-            for (who, off, off95, turn, turn95, right, start, kidnappings, again, longest, sure, _, wrong, outside, outside_sure, cpu,
+            for (who, off, off95, turn, turn95, right, start, kidnappings, again, longest, sure, _, wrong, outside, outside_sure, _, cpu,
                  mean)
             in LINE.findall(output)]
     return [["-" if cell == "nan" else cell for cell in row] for row in rows]
@@ -69,8 +92,15 @@ def main():
     parser.add_argument("--foreign", type=pathlib.Path, help="folder of other drives")
     parser.add_argument("--drives", type=int, default=20, help="simulated ones")
     parser.add_argument("--frames", type=int, default=0, help="of each recorded drive; 0: all")
+    parser.add_argument("--hours", type=float, help="of the tracker alone, in maps of the sites and on generated floors")
     arguments = parser.parse_args()
     folders = [site.folder for site in sites.named(arguments.sites)] if arguments.sites else []
+    if arguments.hours:
+        print(tables.table(
+            f"{arguments.hours:g} hours", "Simulated drives that the tracker follows.",
+            ["drive", "right, % of the time", "kidnapped", "found after, s", "longest, s", "wrong of sure", "outside 3 std, sure, s",
+             "times more than 3 s"], long_drives(arguments.program, arguments.hours, folders)))
+        return
     if arguments.foreign:
         folders += sorted(path for path in arguments.foreign.iterdir() if path.is_dir())
     rows = []

@@ -38,7 +38,7 @@ constexpr double kNewestPromise = 0.1;    //!< [0, 1] share of the newest scan i
 constexpr double kSameTime = 1;  //!< [s] scans that are this far apart say the same with a correlation of 1 / e
 constexpr double kAsWell =
     0.6;  //!< [-] of the best place's explained returns: a place with more explains the scan, too
-constexpr double kOfAlike = 0.05;          //!< [-] power of the evidence for a place that explains the scan, too
+constexpr double kOfAlike = 0.3;           //!< [-] power of the evidence for a place that explains the scan, too
 constexpr double kNotNegligible = 1e-4;    //!< [0, 1] probability of a place that is followed
 constexpr double kBelieved = 0.5;          //!< [0, 1] the least, of a place that the newest scan shows: see is_sure()
 constexpr std::size_t kMostFollowed = 20;  //!< [-] places
@@ -173,7 +173,7 @@ class Tracker::State
 	double absence_of(const Localization& answer, const Hypothesis& fittest) const;
 	Told follow(const Look& look, const std::vector<PlaceDensity>& expected);
 	void start_tracks(const Look& look, Told& told);
-	void believe(const Told& told, double fresh);
+	void believe(const Told& told, double fresh, double fresh_walls);
 	void drop_tracks();
 	double fresh_share(const Scan& scan, const Told& told) const;
 	void check_odometry(bool is_confirmed);
@@ -197,6 +197,7 @@ class Tracker::State
 	Travel searched_;                  //!< since the last search of the whole map
 	double since_search_ = HUGE_VAL;   //!< [s] the same
 	double promised_ = 0;              //!< [0, 1] explained returns by the scans before at the best place
+	ShownWalls walls_;                 //!< at the best place
 	double temperature_ = 1;           //!< [-] of the last scan that told something
 
 	Travel checked_;          //!< since the odometry was checked
@@ -447,9 +448,10 @@ double Tracker::State::fresh_share(const Scan& scan, const Told& told) const
 }
 
 /// Adds what a scan says to what is believed. The newest scan counts as much as it does alone. When the next one comes,
-/// it counts by how much of it was new, and less where a place explains it about as well as the best place does: such
-/// differences are due to the errors of the map, which many scans share.
-void Tracker::State::believe(const Told& told, double fresh)
+/// it counts by how much of it was new. Where a place explains it about as well as the best place does, it counts less,
+/// and by how much of the walls is new: such differences are due to the errors of the map, which scans of the same
+/// walls share.
+void Tracker::State::believe(const Told& told, double fresh, double fresh_walls)
 {
 	const bool is_first = believed_none_ >= 1;
 	WindowModel model = tuning_.model;
@@ -468,7 +470,7 @@ void Tracker::State::believe(const Told& told, double fresh)
 	const double most = *std::max_element(told.explained.begin(), told.explained.end());
 	FrameWeights later{std::min(told.absence, model.most_absence), fresh, told.evidence, {}};
 	for (const double explained : told.explained)
-		later.of_tracks.push_back(fresh * (explained >= kAsWell * most ? kOfAlike : 1));
+		later.of_tracks.push_back(explained >= kAsWell * most ? kOfAlike * fresh_walls : fresh);
 	weigh(belief, later, model);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
@@ -591,7 +593,7 @@ Localization Tracker::State::add(double time, const Scan& scan, const std::optio
 			Told told = follow(seen, expected);
 			const double fresh = fresh_share(scan, told);
 			start_tracks(seen, told);
-			believe(told, fresh);
+			believe(told, fresh, walls_.take(tracks_.front().fix, scan));
 			drop_tracks();
 			temperature_ = seen.answer.temperature;
 			since_told_ = 0;
