@@ -153,6 +153,8 @@ DriveSamples mounted(DriveSamples samples, const ros::Mounting& mounting)
 	return samples;
 }
 
+constexpr std::size_t kReturns = 120;  // [-] of a scan; half of them confirm what messages say
+
 /// What the localizer says of the samples; no value of those that were not asked about.
 using Answers = std::vector<std::optional<Localization>>;
 
@@ -296,8 +298,9 @@ const AtlasMap& map_of(const Atlas& atlas, const Answers& answers)
 }
 
 /// Returns the samples as the calibration takes them: those in another map are not found.
+/// \param returns [-] of each that are kept
 std::vector<calibration::FoundScan> scans_of(
-    const DriveSamples& samples, const Answers& answers, const std::string& map)
+    const DriveSamples& samples, const Answers& answers, const std::string& map, std::size_t returns)
 {
 	std::vector<calibration::FoundScan> scans;
 	for (std::size_t i = 0; i < samples.scans.size(); i++)
@@ -306,7 +309,7 @@ std::vector<calibration::FoundScan> scans_of(
 		const bool is_found = is_localized(answers[i]) && answers[i]->best().map == map;
 		scans.push_back(calibration::found_scan(
 		    scan, laser_of(samples.scans[i], samples.middle_angle), logs::to_seconds(scan.timestamp),
-		    is_found ? answers[i]->best().pose.asTPose() : mrpt::math::TPose2D()));
+		    is_found ? answers[i]->best().pose.asTPose() : mrpt::math::TPose2D(), returns));
 		scans.back().is_found = is_found;
 	}
 	return scans;
@@ -326,7 +329,8 @@ std::optional<calibration::Calibration> confirmation_of(
 	localize(samples, searched, search, atlas, answers);
 	const AtlasMap& map = map_of(atlas, answers);
 	const Grid& grid = map.localizer->grid();
-	const auto scans = calibration::follow(grid, known.told, scans_of(samples, answers, map.name), samples.odometry);
+	const auto samples_read = scans_of(samples, answers, map.name, kReturns / 2);
+	const auto scans = calibration::follow(grid, known.told, samples_read, samples.odometry);
 	const auto shown = calibration::calibrate(grid, known.told, scans, samples.odometry, known.given);
 	const bool agrees = agreement_of(known.told, scans, samples.odometry) != calibration::Agreement::kContradicts;
 	return shown.is_confirmed && agrees ? std::optional(shown) : std::nullopt;
@@ -373,7 +377,7 @@ DriveCalibration look_at_drive(
 		}
 	}
 	const AtlasMap& map = map_of(atlas, answers);
-	std::vector<calibration::FoundScan> found = scans_of(samples, answers, map.name);
+	std::vector<calibration::FoundScan> found = scans_of(samples, answers, map.name, kReturns);
 	found.erase(
 	    std::remove_if(found.begin(), found.end(), [](const auto& scan) { return !scan.is_found; }), found.end());
 	if (found.empty() || interrupted()) return result;

@@ -82,9 +82,10 @@ mrpt::math::TPose2D from_above(const mrpt::poses::CPose3D& pose);
 
 /// Returns a scan as the calibration takes it.
 /// \param scan as it was recorded \param laser frame of the laser on the robot \param time [s]
-/// \param robot in the map, where the scan was found
+/// \param robot in the map, where the scan was found \param most returns that it keeps, spread over the scan
 FoundScan found_scan(
-    const RangeScan& scan, const mrpt::poses::CPose3D& laser, double time, const mrpt::math::TPose2D& robot);
+    const RangeScan& scan, const mrpt::poses::CPose3D& laser, double time, const mrpt::math::TPose2D& robot,
+    std::size_t most = 120);
 
 /// Says what a drive shows of an unknown.
 enum class Verdict

@@ -26,9 +26,9 @@ TPose2D from_above(const mrpt::poses::CPose3D& pose)
 	return {pose.x(), pose.y(), std::atan2(axes(1, 0), axes(0, 0))};
 }
 
-FoundScan found_scan(const RangeScan& scan, const mrpt::poses::CPose3D& laser, double time, const TPose2D& robot)
+FoundScan found_scan(
+    const RangeScan& scan, const mrpt::poses::CPose3D& laser, double time, const TPose2D& robot, std::size_t most)
 {
-	constexpr std::size_t kMost = 120;  // [-] returns that tell enough
 	const TPose2D frame = from_above(laser);
 	const double middle = from_above(scan.sensor_on_robot).phi - frame.phi;  // [rad] as seen from above
 	const bool is_upside_down = scan.sensor_on_robot.getRotationMatrix()(2, 2) < 0;
@@ -44,7 +44,7 @@ FoundScan found_scan(const RangeScan& scan, const mrpt::poses::CPose3D& laser, d
 	found.laser = robot + frame;
 	for (std::size_t i = 0; i < beams; i++)
 	{
-		if (i > 0 && i * kMost / beams == (i - 1) * kMost / beams) continue;
+		if (i > 0 && i * most / beams == (i - 1) * most / beams) continue;
 		if (scan.is_valid(i) && scan.ranges[i] > 0 && scan.ranges[i] < scan.max_range)
 			found.returns.push_back({angle(i), scan.ranges[i], static_cast<float>(share(i))});
 	}
@@ -301,7 +301,7 @@ Calibration calibrate(
 			value_in(shown.reading, i) =
 			    value_of(told, static_cast<Unknown>(i)) + change_of(i, changed, differences).value;
 	if (result.is_confirmed)
-		problem.improve(shown, kFewSteps);
+		problem.improve(shown, 1);  // which changes next to nothing
 	else
 		refit(problem, shown, kSteps);
 	result.after = result.before = residuals_of(problem, shown);

@@ -2,48 +2,66 @@
 #include "calibration/wall_field.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace d2s1r::calibration
 {
 std::vector<float> WallField::make_tile(int tile_column, int tile_row) const
 {
 	constexpr int kSide = kTile + 2 * kReach;
-	constexpr int kFar = kReach + 1;
+	constexpr std::int16_t kFar = kReach + 1;
+	using Row = std::array<std::int16_t, kSide>;
 	const int left = tile_column * kTile - kReach, bottom = tile_row * kTile - kReach;
-	const auto is_wall = [&](int column, int row)
-	{ return map_.contains(left + column, bottom + row) && map_.at(left + column, bottom + row) == Cell::kOccupied; };
-	const auto at = [](int column, int row) { return static_cast<std::size_t>(row * kSide + column); };
-	// [cells] along the column to the next wall, and to the next cell that is none.
-	std::vector<int> to_wall(kSide * kSide, kFar), to_open(kSide * kSide, kFar);
-	for (int column = 0; column < kSide; column++)
+	std::array<Row, kSide> walls{};  // 1 where a wall is
+	for (int row = std::max(0, -bottom); row < std::min(kSide, map_.height - bottom); row++)
+		for (int column = std::max(0, -left); column < std::min(kSide, map_.width - left); column++)
+			walls[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
+			    map_.at(left + column, bottom + row) == Cell::kOccupied;
+	// [cells] from each cell along its column to the next one that is a wall, or that is none.
+	const auto along_columns = [&](std::int16_t kind)
 	{
-		for (int step : {1, -1})
-			for (int i = 0, wall = kFar, open = kFar; i < kSide; i++)
-			{
-				const int row = step > 0 ? i : kSide - 1 - i;
-				const bool here = is_wall(column, row);
-				wall = here ? 0 : std::min(kFar, wall + 1), open = here ? std::min(kFar, open + 1) : 0;
-				to_wall[at(column, row)] = std::min(to_wall[at(column, row)], wall);
-				to_open[at(column, row)] = std::min(to_open[at(column, row)], open);
-			}
-	}
-	std::vector<float> tile(kTile * kTile);
-	for (int row = 0; row < kTile; row++)
-		for (int column = 0; column < kTile; column++)
+		std::array<Row, kSide> along;
+		for (auto& row : along) row.fill(kFar);
+		const auto pass = [&](std::size_t row, const Row* before)
 		{
-			const bool here = is_wall(column + kReach, row + kReach);
-			const std::vector<int>& along = here ? to_open : to_wall;
-			int square = kFar * kFar;
-			for (int u = 0; u <= kReach && u * u < square; u++)
-				for (const int beside : {column + kReach - u, column + kReach + u})
-				{
-					const int v = along[at(beside, row + kReach)];
-					square = std::min(square, u * u + v * v);
-				}
-			const float distance = std::sqrt(static_cast<float>(square)) - 0.5F;  // to the edge of a cell
-			tile[static_cast<std::size_t>(row * kTile + column)] = here ? -distance : distance;
+			for (std::size_t i = 0; i < kSide; i++)
+			{
+				const auto next = static_cast<std::int16_t>(before ? (*before)[i] + 1 : kFar);
+				along[row][i] = walls[row][i] == kind ? std::int16_t(0) : std::min(along[row][i], next);
+			}
+		};
+		for (std::size_t row = 0; row < kSide; row++) pass(row, row > 0 ? &along[row - 1] : nullptr);
+		for (std::size_t row = kSide; row-- > 0;) pass(row, row + 1 < kSide ? &along[row + 1] : nullptr);
+		return along;
+	};
+	const std::array<Row, kSide> to_wall = along_columns(1), to_open = along_columns(0);
+	// The squares of the distances, for a row of the tile.
+	const auto squares_of = [](const Row& along)
+	{
+		std::array<std::int16_t, kTile> squares;
+		squares.fill(kFar * kFar);
+		for (std::size_t u = 0; u <= kReach; u++)
+			for (std::size_t i = 0; i < kTile; i++)
+			{
+				const std::int16_t v = std::min(along[i + kReach - u], along[i + kReach + u]);
+				squares[i] = std::min(squares[i], static_cast<std::int16_t>(u * u + v * v));
+			}
+		return squares;
+	};
+	std::vector<float> tile;
+	tile.reserve(kTile * kTile);
+	for (std::size_t row = kReach; row < kReach + kTile; row++)
+	{
+		const auto outside = squares_of(to_wall[row]), inside = squares_of(to_open[row]);
+		for (std::size_t i = 0; i < kTile; i++)
+		{
+			const bool here = walls[row][i + kReach] != 0;
+			const float distance = std::sqrt(static_cast<float>(here ? inside[i] : outside[i])) - 0.5F;  // to its edge
+			tile.push_back(here ? -distance : distance);
 		}
+	}
 	return tile;
 }
 
