@@ -218,15 +218,18 @@ void polish_best(const Scan& scan, const BeamSubset& all, std::size_t most, std:
 }
 
 /// Returns by how much [m] the map has pieces of surface off (standard deviation), by how far from its walls the
-/// returns at the best place end. In an exact map they end within half a cell of the middle of one. The pose was chosen
-/// and moved to make these distances small, so that the pieces are off by more.
+/// returns at the best place end. In an exact map they end within half a cell of the middle of one. What is expected
+/// of any map counts as some pieces do (the conjugate prior of a variance). The pose was moved to make the distances
+/// small: that takes as many pieces as it has degrees of freedom. So a scan of three walls, which fits in many a place,
+/// tells nothing of the map, and one of twenty walls tells whether it is exact.
 double piece_shift_of(const Place& best)
 {
-	constexpr double kTimes = 4;             // [-]
-	constexpr double kLeastDistance = 0.01;  // [m] that is left
-	const double of_cells = best.field().cell_size() / 2;
-	const double of_map = mrpt::square(best.score.off_walls) - mrpt::square(of_cells);
-	return kTimes * std::max(kLeastDistance, std::sqrt(std::max(0.0, of_map)));
+	constexpr double kExpected = 6, kDegreesOfFreedom = 3;  // [-] pieces
+	const double of_cells = best.field().cell_size() / 2, pieces = best.score.segments;
+	const double of_map = std::max(0.0, mrpt::square(best.score.off_walls) - mrpt::square(of_cells));  // [m^2]
+	return std::sqrt(
+	    (kExpected * mrpt::square(kPieceShift) + pieces * of_map) /
+	    (kExpected + std::max(0.0, pieces - kDegreesOfFreedom)));
 }
 
 /// Scores the pieces of surface at all places, best first, by what the best one tells of the map, and weighs the places

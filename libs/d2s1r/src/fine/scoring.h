@@ -21,7 +21,7 @@ struct Score
 };
 
 /// [m] Standard deviation by which a piece of surface may be off from the map, where nothing is known of the map.
-inline constexpr double kPieceShift = 0.12;
+inline constexpr double kPieceShift = 0.10;
 
 /// Scores a scan at a pose by a beam model that looks at the whole beam: where it ends, how many walls it passed and
 /// how much unknown space. Neighbouring beams see the same object, so it is runs of them that count if they end in
