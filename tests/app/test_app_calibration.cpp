@@ -52,7 +52,6 @@ class AppCalibration : public AppTest
 		const Score score = score_of(told, more);
 		EXPECT_EQ(score.wrong, 0U) << name << '\n' << said_;
 		EXPECT_GE(score.right, (9 * score.frames + 9) / 10) << name << " of " << score.frames << '\n' << said_;
-		printf("%-40s %zu right %zu wrong of %zu\n", name.c_str(), score.right, score.wrong, score.frames);
 	}
 
 	std::string said_;  //!< by the program
@@ -211,6 +210,19 @@ TEST_F(AppCalibration, FewScansNarrowViewsAndRoughOdometry)
 		on_tf.drive.truth.laser.phi = turned * kDegree;
 		expect_right("tf turned by " + std::to_string(turned), on_tf);
 	}
+}
+
+TEST_F(AppCalibration, FewScansThatFitByAnotherMountingOnly)
+{
+	ToldDrive angles(1.5, 8);
+	angles.drive.seed = 2;
+	angles.told_step = 1.05;
+	expect_right("8 scans, angle_increment off by 5 %", angles);
+	ToldDrive mirrored(0.5, 8);
+	mirrored.drive.seed = 3;
+	mirrored.are_scans_mirrored = true;
+	mirrored.drive.truth.laser.phi = 180 * kDegree;
+	expect_right("8 scans, upside down and turned", mirrored);
 }
 
 TEST_F(AppCalibration, TwoLasers)

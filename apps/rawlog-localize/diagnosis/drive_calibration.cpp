@@ -201,8 +201,8 @@ ros::Mounting other_mounting(
     const DriveSamples& samples, const logs::Sensor& sensor, const logs::Overrides& overrides,
     const SearchRequest& search, const Atlas& atlas, const Answers& as_told)
 {
-	constexpr std::size_t kStep = 3;  // [-] of the scans, one in so many is tried
-	const std::vector<std::size_t> tried = each(samples, kStep);
+	constexpr std::size_t kEnough = 20;  // [-] scans of those that there are
+	const std::vector<std::size_t> tried = each(samples, std::max<std::size_t>(1, samples.scans.size() / kEnough));
 	const LoggedScan& first = samples.scans.front();
 	std::vector<std::shared_ptr<const RangeScan>> scans;
 	for (const LoggedScan& scan : samples.scans) scans.push_back(scan.observation);
