@@ -365,7 +365,7 @@ DriveCalibration look_at_drive(
 	localize(samples, each(samples, 1), search, atlas, answers);
 	const auto as_told = by_number(samples, answers);
 	ros::Mounting mounting;
-	if (2 * found_of(answers) < answers.size())
+	if (2 * found_of(answers) < answers.size() || sensor.other_angles)
 	{
 		mounting = other_mounting(samples, sensor, overrides, search, atlas, answers);
 		if (!mounting.text.empty())
