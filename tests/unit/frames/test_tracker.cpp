@@ -180,6 +180,16 @@ TEST_F(TrackerOnTwinRooms, FindsARobotThatWasCarriedAwayWithinASecondAndAHalf)
 	EXPECT_LE(seconds_until_found_at({9.6, 3.0, -1.0}), 1.5);
 }
 
+TEST_F(TrackerOnTwinRooms, OneScanDoesNotCarryARobotAway)
+{
+	find();
+	const TPose2D robot = into_left_room().back();
+	expect_at(add(robot, scan_at({9.6, 3.0, -1.0}), {1, true}), robot);
+	const Localization after = add(robot, scan_at(robot), {1, true});
+	EXPECT_EQ(after.status, Status::kLocalized);
+	expect_at(after, robot);
+}
+
 TEST_F(TrackerOnTwinRooms, ReliesOnTheOdometryOfARobotThatIsCarriedAwayAgainAndAgain)
 {
 	find();

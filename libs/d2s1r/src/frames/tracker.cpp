@@ -39,6 +39,7 @@ constexpr double kSameTime = 1;  //!< [s] scans that are this far apart say the 
 constexpr double kAsWell =
     0.6;  //!< [-] of the best place's explained returns: a place with more explains the scan, too
 constexpr double kOfAlike = 0.3;           //!< [-] power of the evidence for a place that explains the scan, too
+constexpr double kLeastEvidence = -5.9;    //!< [nat] that a scan says of a place: people may have hidden it
 constexpr double kNotNegligible = 1e-4;    //!< [0, 1] probability of a place that is followed
 constexpr double kBelieved = 0.5;          //!< [0, 1] the least, of a place that the newest scan shows: see is_sure()
 constexpr std::size_t kMostFollowed = 20;  //!< [-] places
@@ -455,6 +456,7 @@ void Tracker::State::believe(const Told& told, double fresh, double fresh_walls)
 {
 	const bool is_first = believed_none_ >= 1;
 	WindowModel model = tuning_.model;
+	model.least_evidence = kLeastEvidence;
 	model.carried_away *= fresh;
 	model.found_again /= static_cast<double>(std::max<std::size_t>(1, tracks_.size()));
 	WindowPosterior belief{{}, is_first ? 1 : believed_none_};
