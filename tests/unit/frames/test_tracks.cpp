@@ -225,6 +225,20 @@ TEST(ShownWalls, ARobotThatStaysInABayShowsItOnce)
 	EXPECT_LT(sum, 1.5);
 }
 
+TEST(ShownWalls, ARoomThatANarrowViewRoamsIsRememberedHoweverLong)
+{
+	ShownWalls walls;
+	const Scan scan = scan_of_room(3, M_PI / 2);
+	const auto shown_by = [&](int scans)
+	{
+		double sum = 0;
+		for (int i = 0; i < scans; i++) sum += walls.take(at(2 * std::sin(0.013 * i), 0.07 * i), scan);
+		return sum;
+	};
+	EXPECT_GT(shown_by(3000), 3);
+	EXPECT_LT(shown_by(3000), 0.5) << "all of it was shown before";
+}
+
 TEST(ShownWalls, AWayShowsAsMuchWhateverTheRateOfScans)
 {
 	const auto shown = [](double step)

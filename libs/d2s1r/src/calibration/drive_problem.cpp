@@ -30,10 +30,14 @@ std::optional<TPose2D> Track::at(double time) const
 	if (poses_.empty() || time < poses_.front().time - kBeyond || time > poses_.back().time + kBeyond)
 		return std::nullopt;
 	if (poses_.size() == 1) return poses_.front().robot;
-	const auto after = std::lower_bound(
-	    poses_.begin() + 1, poses_.end() - 1, time, [](const TimedPose& pose, double t) { return pose.time < t; });
-	const TPose2D &a = std::prev(after)->robot, &b = after->robot;
-	const double share = (time - std::prev(after)->time) / (after->time - std::prev(after)->time);
+	constexpr double kSpan = 0.1;  // [s] over which a speed is told: readings may come in bursts
+	const auto is_before = [](const TimedPose& pose, double t) { return pose.time < t; };
+	const auto after = std::lower_bound(poses_.begin() + 1, poses_.end() - 1, time, is_before);
+	const bool is_beyond = time > after->time;
+	const auto since = is_beyond ? std::lower_bound(poses_.begin() + 1, after, after->time - kSpan, is_before) : after;
+	const auto before = std::prev(since);
+	const TPose2D &a = before->robot, &b = after->robot;
+	const double share = (time - before->time) / (after->time - before->time);
 	return TPose2D(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.phi + share * wrapToPi(b.phi - a.phi));
 }
 

@@ -323,7 +323,7 @@ double ShownWalls::take(const Hypothesis& place, const Scan& scan)
 	const double fresh = std::max(0.0, 1 - shown);
 	if (nearest && most > kOnePart)
 		nearest->share += fresh;
-	else
+	else if (fresh > 0)
 		parts_.push_back({place, fresh});
 	if (parts_.size() > kMostParts) parts_.pop_front();
 	return fresh;
