@@ -19,7 +19,7 @@ constexpr double kStep = 0.005;                // [s] in which the robot moves
 }  // namespace
 
 World::World(Grid grid, const WorldSettings& settings)
-    : grid_(std::move(grid)), settings_(settings), random_(settings.seed), noise_(settings.seed)
+    : grid_(std::move(grid)), settings_(settings), random_(settings.seed), walk_(settings.seed), noise_(settings.seed)
 {
 	pose_ = place_with_room();
 	std::uniform_real_distribution<double> radius(0.15, 0.5);
@@ -84,7 +84,7 @@ void World::walk()
 		if (has_room(next.x(), next.y(), kPerson))
 			person = next;
 		else
-			person.phi(any(random_));
+			person.phi(any(walk_));
 	}
 }
 
@@ -125,7 +125,7 @@ double World::cast(double x, double y, double angle, double range) const
 	return std::numeric_limits<double>::infinity();
 }
 
-/// Returns the range [m] to the first person that a beam meets; infinity if there is none.
+/// Returns the range [m] to the first person that a beam meets; infinity if the laser reaches none.
 double World::range_to_people(double x, double y, double angle) const
 {
 	double nearest = std::numeric_limits<double>::infinity();
@@ -136,7 +136,7 @@ double World::range_to_people(double x, double y, double angle) const
 		const double square = kPerson * kPerson - (dx * dx + dy * dy - ahead * ahead);  // [m2] of half a chord
 		if (ahead > 0 && square > 0) nearest = std::min(nearest, std::max(0.0, ahead - std::sqrt(square)));
 	}
-	return nearest;
+	return nearest < settings_.range ? nearest : std::numeric_limits<double>::infinity();
 }
 
 double World::first_angle() const

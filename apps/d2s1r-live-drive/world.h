@@ -58,7 +58,8 @@ class World
 
 	Grid grid_;  //!< with the clutter
 	WorldSettings settings_;
-	std::mt19937 random_;  //!< of the building, of people, and of where the robot is put
+	std::mt19937 random_;  //!< of the building, and of where the robot and people are put
+	std::mt19937 walk_;    //!< of where people turn to
 	std::mt19937 noise_;   //!< of what is measured
 	mrpt::poses::CPose2D pose_, odometry_;
 	std::vector<mrpt::poses::CPose2D> people_;

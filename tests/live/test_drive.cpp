@@ -131,6 +131,8 @@ TEST_F(LiveTest, TheSimulatedRobotTakesTheSameWayWhateverIsMeasured)
 	const auto end = end_of({});
 	EXPECT_LT(end.distanceTo(end_of({"--odom-rate", "20", "--beams", "90"})), 1e-3);
 	EXPECT_GT(end.distanceTo(end_of({"--seed", "2"})), 0.1);
+	const Words people = {"--people", "9"}, other = {"--people", "9", "--odom-rate", "20"};
+	EXPECT_LT(end_of(people).distanceTo(end_of(other)), 1e-3) << "where people walk";
 	stop(live);
 }
 
