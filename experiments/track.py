@@ -96,6 +96,8 @@ def main():
     arguments = parser.parse_args()
     folders = [site.folder for site in sites.named(arguments.sites)] if arguments.sites else []
     if arguments.hours:
+        if not folders:
+            parser.error("--hours needs the maps of --sites")
         print(tables.table(
             f"{arguments.hours:g} hours", "Simulated drives that the tracker follows.",
             ["drive", "right, % of the time", "kidnapped", "found after, s", "longest, s", "wrong of sure", "outside 3 std, sure, s",
