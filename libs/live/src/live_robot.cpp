@@ -147,7 +147,9 @@ std::optional<CPose3D> LiveRobot::laser_at(const ros::Header& header)
 ros::RunningCalibration& LiveRobot::calibration_of(const std::string& topic)
 {
 	if (topic == laser_) return calibration;
-	return of_others_.try_emplace(topic, ros::Overrides(), !settings_.as_told).first->second;
+	ros::Overrides of_all;
+	of_all.sweep = settings_.overrides.sweep;
+	return of_others_.try_emplace(topic, of_all, !settings_.as_told).first->second;
 }
 
 bool LiveRobot::wants(const WaitingScan& scan)
@@ -178,19 +180,12 @@ void LiveRobot::forget_found_scans()
 	for (auto& [topic, other] : of_others_) other.clear();
 }
 
-const ros::Overrides& LiveRobot::overrides_of(const WaitingScan& scan) const
-{
-	static const ros::Overrides kNone;
-	const auto other = of_others_.find(scan.topic);
-	return scan.topic == laser_ ? calibration.in_use() : other == of_others_.end() ? kNone : other->second.in_use();
-}
-
-ros::SweepTime LiveRobot::sweep_time_of(const WaitingScan& scan) const
+ros::SweepTime LiveRobot::sweep_time_of(const WaitingScan& scan)
 {
 	const auto* const cloud = std::get_if<ros::PointCloud>(&scan.scan);
 	const ros::SweepTime told =
 	    cloud ? ros::time_span_of(*cloud) : ros::sweep_time_of(std::get<ros::LaserScan>(scan.scan));
-	return overrides_of(scan).sweep.value_or(told).checked();
+	return calibration_of(scan.topic).in_use().sweep.value_or(told).checked();
 }
 
 /// Returns what a laser saw as overrides say; its sweep is that of the message.
@@ -237,7 +232,7 @@ std::optional<ReadScan> LiveRobot::read(const WaitingScan& scan)
 {
 	const auto laser = laser_at(scan.header);
 	if (!laser && robot().frame.empty()) return std::nullopt;
-	const ros::Overrides& overrides = overrides_of(scan);
+	const ros::Overrides& overrides = calibration_of(scan.topic).in_use();
 	ros::CloudScan seen = seen_by(scan, laser.value_or(CPose3D()), overrides);
 	seen.sweep = overrides.sweep.value_or(seen.sweep).checked();
 	const Time time = scan.header.time;

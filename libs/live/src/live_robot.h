@@ -80,7 +80,7 @@ class LiveRobot
 	/// Says that nothing connects a laser with the robot.
 	std::string no_transform_from(const std::string& laser);
 
-	/// Returns the calibration of a laser; those of lasers that are not in use wait until that one is confirmed.
+	/// Returns the calibration of a laser. Those of lasers that are not in use wait until that one is confirmed.
 	ros::RunningCalibration& calibration_of(const std::string& topic);
 	bool wants(const WaitingScan& scan);
 
@@ -111,8 +111,7 @@ class LiveRobot
    private:
 	const ros::Robot& robot();
 	void follow();
-	const ros::Overrides& overrides_of(const WaitingScan& scan) const;
-	ros::SweepTime sweep_time_of(const WaitingScan& scan) const;
+	ros::SweepTime sweep_time_of(const WaitingScan& scan);
 	ros::CloudScan seen_by(
 	    const WaitingScan& scan, const mrpt::poses::CPose3D& laser, const ros::Overrides& overrides) const;
 	void add_reading(ros::OdometrySource source, Time time, const mrpt::poses::CPose2D& pose);
