@@ -59,6 +59,8 @@ void RunningCalibration::clear()
 {
 	scans_.clear();
 	missed_.clear();
+	mountings_.clear();
+	found_by_.clear();
 	odometry_.clear();
 	stamps_.clear();
 	taken_.reset();
@@ -74,21 +76,32 @@ bool RunningCalibration::take(const UncalibratedScan& scan)
 	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
 	const auto is_elsewhere = [](const CPose3D& motion)
 	{ return motion.norm() > 1e-3 || std::abs(calibration::from_above(motion).phi) > 1e-3; };
-	if (laser_ && is_elsewhere(scan.laser - *laser_))
+	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
+	if (laser_ && is_elsewhere(laser - *laser_))
 	{
 		clear();
-		mounted_ = in_use_ = given_;
+		mount(given_);
 		mounting_.clear();
 		shown_.clear();
-		reading_.reset();
-		agreement_ = Agreement::kNotShown;
 		moved_++;
 	}
-	laser_ = scan.laser;
+	laser_ = laser;
 	if (moved_ > kMostMounts) is_on_ = false;
 	taken_ = scan.time;
 	way_since_ = turn_since_ = 0;
 	return is_on_;
+}
+
+/// Reads the laser in another way. Readings of the odometry have come as they were in use, and go on to do so.
+void RunningCalibration::mount(const Overrides& overrides)
+{
+	mounted_ = overrides;
+	const Overrides before = std::exchange(in_use_, overrides);
+	in_use_.is_odometry_mirrored = before.is_odometry_mirrored;
+	in_use_.odometry_clock = before.odometry_clock;
+	reading_.reset();
+	agreement_ = Agreement::kNotShown;
+	is_yaw_shown_ = false;
 }
 
 bool RunningCalibration::add(
@@ -119,36 +132,41 @@ bool RunningCalibration::add(
 	return is_other;
 }
 
-bool RunningCalibration::miss(const UncalibratedScan& scan, const Finder& is_found)
+/// Keeps a scan that was missed, and looks up by which mountings these are to be tried if that is due.
+void RunningCalibration::begin_trial(const UncalibratedScan& scan, const CPose3D& laser)
 {
-	if (!take(scan)) return false;
 	missed_.push_back(scan);
-	if (missed_.size() < next_mounting_ || missed_.size() <= scans_.size()) return false;
+	if (missed_.size() < next_mounting_ || missed_.size() <= scans_.size()) return;
 	next_mounting_ = 2 * missed_.size();
 	if (next_mounting_ > kMost) missed_.erase(missed_.begin(), missed_.end() - kFirst), next_mounting_ = kMost;
 	std::vector<std::shared_ptr<const RangeScan>> scans;
 	for (const UncalibratedScan& each : missed_) scans.push_back(std::make_shared<RangeScan>(each.scan));
+	mountings_ = other_mountings(scans, laser, false, scan.other_angles, mounted_);
+}
+
+bool RunningCalibration::miss(const UncalibratedScan& scan, const Finder& is_found)
+{
+	if (!take(scan) || is_confirmed()) return false;
 	const CPose3D laser = mounted_.sensor_pose.value_or(scan.laser);
+	if (mountings_.empty()) begin_trial(scan, laser);
+	if (mountings_.empty()) return false;
 	const double middle = calibration::from_above(scan.scan.sensor_on_robot - laser).phi;
-	const auto found_by = [&](const Mounting& mounting)
+	const Overrides& tried = mountings_[found_by_.size()].overrides;
+	const auto is_found_so = [&](const UncalibratedScan& each)
 	{
-		return static_cast<std::size_t>(std::count_if(
-		    missed_.begin(), missed_.end(),
-		    [&](const UncalibratedScan& each)
-		    {
-			    RangeScan read = each.scan;
-			    apply(mounting.overrides, middle, read);
-			    return is_found(read, each.motion);
-		    }));
+		RangeScan read = each.scan;
+		apply(tried, middle, read);
+		return is_found(read, each.motion);
 	};
-	const auto others = other_mountings(scans, laser, false, scan.other_angles, mounted_);
-	const Mounting mounting = best_of(others, scans.size(), 0, found_by);
+	found_by_.push_back(static_cast<std::size_t>(std::count_if(missed_.begin(), missed_.end(), is_found_so)));
+	if (found_by_.size() < mountings_.size()) return false;
+	const auto mountings = std::exchange(mountings_, {});
+	const auto found_by = std::exchange(found_by_, {});
+	auto next = found_by.begin();
+	const Mounting mounting = best_of(mountings, missed_.size(), 0, [&](const Mounting&) { return *next++; });
 	if (mounting.text.empty()) return false;
-	mounted_ = in_use_ = mounting.over(mounted_);
+	mount(mounting.over(mounted_));
 	mounting_ = mounting.text;
-	reading_.reset();
-	agreement_ = Agreement::kNotShown;
-	is_yaw_shown_ = false;
 	clear();
 	tell({});
 	return true;

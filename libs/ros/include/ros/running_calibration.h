@@ -58,7 +58,8 @@ class RunningCalibration
 	/// \return whether scans are read so differently from now on that what was found before counts no more
 	bool add(const Grid& map, const UncalibratedScan& scan, const mrpt::math::TPose2D& robot, const Readings& readings);
 
-	/// Takes a scan that was found in no map. If most are not, it looks whether they are by another mounting.
+	/// Takes a scan that was found in no map. If most are not, it looks whether they are by another mounting, of which
+	/// it tries one at each call. It rests while the drive agrees with how the laser is read.
 	/// \return as add()
 	bool miss(const UncalibratedScan& scan, const Finder& is_found);
 
@@ -87,6 +88,8 @@ class RunningCalibration
 	void add_odometry(const Readings& readings);
 	bool calibrate(const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest);
 	calibration::Given given_with(const UncalibratedScan& scan) const;
+	void mount(const Overrides& overrides);
+	void begin_trial(const UncalibratedScan& scan, const mrpt::poses::CPose3D& laser);
 	void tell(const std::vector<std::string>& contradictions);
 
 	Overrides given_, mounted_, in_use_;  //!< given; with the mounting by which scans are found; with what is shown
@@ -95,12 +98,14 @@ class RunningCalibration
 	double way_ = 0, turn_ = 0;                    //!< [m], [rad] that the robot moved since it was switched on
 	double way_since_ = 0, turn_since_ = 0;        //!< the same since the last scan that was taken
 	std::optional<Time> taken_;                    //!< time of that scan
-	std::optional<mrpt::poses::CPose3D> laser_;    //!< by the messages, of the scans
+	std::optional<mrpt::poses::CPose3D> laser_;    //!< of the scans, by the messages if it is not given
 	int moved_ = 0;                                //!< [-] times that this changed
 	calibration::Reading told_;                    //!< by the messages
 	std::optional<calibration::Reading> reading_;  //!< in use; no value: that of the messages
 	std::vector<std::pair<const Grid*, calibration::FoundScan>> scans_;
 	std::vector<UncalibratedScan> missed_;
+	std::vector<Mounting> mountings_;    //!< by which these are tried
+	std::vector<std::size_t> found_by_;  //!< [-] of them by each that has been tried
 	std::vector<TimedPose> odometry_;
 	std::deque<Time> stamps_;                             //!< of the last scans
 	std::size_t with_scans_ = 0;                          //!< [-] readings of the odometry that have the time of a scan
