@@ -149,7 +149,7 @@ ros::RunningCalibration& LiveRobot::calibration_of(const std::string& topic)
 	if (topic == laser_) return calibration;
 	ros::Overrides of_all;
 	of_all.sweep = settings_.overrides.sweep;
-	return of_others_.try_emplace(topic, of_all, !settings_.as_told).first->second;
+	return of_others_.try_emplace(topic, of_all, !settings_.as_told, true).first->second;
 }
 
 bool LiveRobot::wants(const WaitingScan& scan)
@@ -276,7 +276,9 @@ bool LiveRobot::calibrate(
 	{ return std::pair(calibration.in_use().is_odometry_mirrored, calibration.in_use().odometry_clock); };
 	const auto before = odometry();
 	const bool is_other = calibration_of(topic).add(map, scan, robot, track_.readings());
-	if (odometry() != before) track_.clear();
+	if (odometry() == before) return is_other;
+	track_.clear();
+	for (auto& [of_other, other] : of_others_) other.clear();
 	return is_other;
 }
 

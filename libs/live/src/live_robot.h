@@ -80,7 +80,8 @@ class LiveRobot
 	/// Says that nothing connects a laser with the robot.
 	std::string no_transform_from(const std::string& laser);
 
-	/// Returns the calibration of a laser. Those of lasers that are not in use wait until that one is confirmed.
+	/// Returns the calibration of a laser. Those of lasers that are not in use wait until that one is confirmed, and
+	/// leave the odometry to it.
 	ros::RunningCalibration& calibration_of(const std::string& topic);
 	bool wants(const WaitingScan& scan);
 

@@ -196,6 +196,7 @@ calibration::Given RunningCalibration::given_with(const UncalibratedScan& scan) 
 	known[kAngleScale] = mounted_.beam_angles || scan.is_cloud;
 	known[kRangeFactor] = given_.range_factor.has_value();
 	given.are_angles_doubtful = scan.other_angles.has_value();
+	given.is_odometry_known = is_odometry_known_;
 	return given;
 }
 

@@ -13,7 +13,7 @@ using calibration::Reading;
 using calibration::Verdict;
 
 /// Returns what a drive shows whose messages say that the laser is in the middle and takes all beams at once.
-Calibration calibrate_drive(const DriveSettings& settings)
+Calibration calibrate_drive(const DriveSettings& settings, const calibration::Given& given = {})
 {
 	const Grid map = make_floor();
 	SimulatedDrive drive = simulate_drive(map, settings);
@@ -22,7 +22,7 @@ Calibration calibrate_drive(const DriveSettings& settings)
 	for (calibration::FoundScan& scan : drive.scans)
 		scan.laser =
 		    scan.laser + mrpt::math::TPose2D(0.02 * normal(random), 0.02 * normal(random), 0.01 * normal(random));
-	return calibration::calibrate(map, {}, drive.scans, drive.odometry);
+	return calibration::calibrate(map, {}, drive.scans, drive.odometry, given);
 }
 
 TEST(Calibration, ChangesNothingThatIsRight)
@@ -97,6 +97,11 @@ TEST(Calibration, FindsMirroredOdometryInAnotherClock)
 	const Calibration result = calibrate_drive(settings);
 	EXPECT_TRUE(result.shown.is_odometry_mirrored);
 	EXPECT_NEAR(result.shown.odometry_clock, 3, 0.03);
+	calibration::Given given;
+	given.is_odometry_known = true;
+	const Calibration held = calibrate_drive(settings, given);
+	EXPECT_FALSE(held.shown.is_odometry_mirrored);
+	EXPECT_EQ(held.shown.odometry_clock, 0);
 }
 
 TEST(Calibration, AgreesWithADriveOrContradictsItAfterAFewScans)

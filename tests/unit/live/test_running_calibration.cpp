@@ -18,7 +18,8 @@ namespace
 /// A robot that drives in circles, now fast and now slowly, whose scans a calibration takes as found or missed.
 struct CircleDrive
 {
-	explicit CircleDrive(const ros::Overrides& given = {}) : calibration(given, true)
+	explicit CircleDrive(const ros::Overrides& given = {}, bool is_odometry_known = false)
+	    : calibration(given, true, is_odometry_known)
 	{
 		robot.world = world_of(map);
 		robot.pose = CPose2D(poses_on_floor().at(4));
@@ -136,6 +137,23 @@ TEST(RunningCalibration, KeepsWhatItShowedOfTheOdometryWhenTheLaserIsReadOtherwi
 	for (int i = 0; i < 20; i++) drive.miss(is_upside_down);
 	EXPECT_TRUE(drive.calibration.in_use().sensor_pose);
 	EXPECT_TRUE(drive.calibration.in_use().is_odometry_mirrored) << "or the readings that have come are of neither";
+}
+
+TEST(RunningCalibration, LeavesTheOdometryToTheLaserInUse)
+{
+	CircleDrive first, other({}, true);
+	for (CircleDrive* drive : {&first, &other})
+	{
+		drive->odometry_clock = -1;
+		int changes = 0;
+		for (int i = 0; i < 50; i++) changes += drive->find() ? 1 : 0;
+		EXPECT_EQ(changes, 1) << "once for all";
+		EXPECT_TRUE(drive->calibration.is_confirmed());
+	}
+	EXPECT_NEAR(first.calibration.in_use().odometry_clock, -1, 0.05);
+	EXPECT_EQ(other.calibration.in_use().odometry_clock, 0);
+	ASSERT_TRUE(other.calibration.in_use().sweep);
+	EXPECT_NEAR(other.calibration.in_use().sweep->first_beam, -1, 0.05) << "the clock of the laser is another one";
 }
 
 TEST(LiveRobot, TakesTheGivenSweepForMergedLasersToo)

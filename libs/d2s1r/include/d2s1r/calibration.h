@@ -167,6 +167,7 @@ struct Given
 	std::array<bool, kUnknowns> known{};  //!< by Unknown: stays as it is told, for sure
 	bool are_angles_doubtful = false;     //!< whether fields of the messages tell different angles
 	std::vector<double> clocks{};         //!< [s] by which the odometry's clock may differ, beside 0 and a few seconds
+	bool is_odometry_known = false;       //!< neither mirrored nor of another clock; a laser may be of one
 };
 
 /// Returns what a drive shows. Deterministic. It takes some milliseconds if the drive confirms the messages, and about

@@ -270,7 +270,7 @@ Calibration calibrate(
 	if (!result.is_confirmed)
 	{
 		problem.noise = {};
-		all = solved(problem, best_fit(problem, told, given.clocks), told, kSteps);
+		all = solved(problem, best_fit(problem, told, given), told, kSteps);
 	}
 	known = not_shown_by(all, known);
 	const Differences& differences = all.differences;

@@ -42,19 +42,22 @@ struct Start
 };
 
 /// Returns the most likely readings by the motions between the scans as they were found, beside that of the messages.
-std::vector<Reading> likely_readings(const Problem& problem, const Reading& told, std::vector<double> clocks)
+std::vector<Reading> likely_readings(const Problem& problem, const Reading& told, const Given& given)
 {
 	constexpr double kWidest = 5, kClockStep = 0.1, kYawStep = 5 * kDegree;  // [s], [s], [rad]
 	constexpr double kOfLaser = 0.35;  // [s] by which a laser may be late; more is another clock
 	constexpr std::size_t kKept = 4, kStarts = 3;
+	std::vector<double> clocks = given.clocks;
 	for (int i = 1; i * kClockStep <= kWidest; i++) clocks.push_back(i * kClockStep), clocks.push_back(-i * kClockStep);
 	const State found = problem.start(told);
 	std::vector<Start> by_turns;
 	const auto try_turns = [&](double clock, bool is_mirrored)
 	{
+		if (given.is_odometry_known && (is_mirrored || (clock != 0 && given.known[kFirstBeam]))) return;
+		const bool is_of_laser = given.is_odometry_known || std::abs(clock) < kOfLaser;
 		State state = found;
 		state.reading.is_odometry_mirrored = is_mirrored;
-		(std::abs(clock) < kOfLaser ? state.reading.first_beam : state.reading.odometry_clock) += clock;
+		(is_of_laser ? state.reading.first_beam : state.reading.odometry_clock) += clock;
 		by_turns.push_back({state.reading, motion_costs(problem, state).second});
 	};
 	for (const double clock : clocks)
@@ -123,7 +126,7 @@ double refit(Problem& problem, State& state, int steps)
 	return problem.improve(state, steps);
 }
 
-State best_fit(Problem& problem, const Reading& told, const std::vector<double>& clocks)
+State best_fit(Problem& problem, const Reading& told, const Given& given)
 {
 	Fit best = fit(problem, told);
 	const auto try_start = [&](const Reading& reading, double handicap)
@@ -132,7 +135,7 @@ State best_fit(Problem& problem, const Reading& told, const std::vector<double>&
 		other.cost += handicap;
 		if (other.cost < best.cost) best = std::move(other);
 	};
-	for (const Reading& start : likely_readings(problem, told, clocks))
+	for (const Reading& start : likely_readings(problem, told, given))
 	{
 		const bool is_told =
 		    start.is_odometry_mirrored == told.is_odometry_mirrored && start.odometry_clock == told.odometry_clock;

@@ -33,6 +33,5 @@ Fit fit(Problem& problem, const Reading& reading);
 double refit(Problem& problem, State& state, int steps);
 
 /// Returns the state that fits best, of all starts.
-/// \param clocks [s] by which the odometry's clock may differ, beside 0 and some seconds
-State best_fit(Problem& problem, const Reading& told, const std::vector<double>& clocks);
+State best_fit(Problem& problem, const Reading& told, const Given& given);
 }  // namespace d2s1r::calibration

@@ -38,8 +38,9 @@ class RunningCalibration
 	using Finder = std::function<bool(const RangeScan& scan, const Sweep& motion)>;
 
 	/// \param given holds whatever the drive shows \param is_on whether it is asked
-	RunningCalibration(const Overrides& given, bool is_on)
-	    : given_(given), mounted_(given), in_use_(given), is_on_(is_on)
+	/// \param is_odometry_known whether readings of the odometry come as another laser shows them
+	RunningCalibration(const Overrides& given, bool is_on, bool is_odometry_known = false)
+	    : given_(given), mounted_(given), in_use_(given), is_on_(is_on), is_odometry_known_(is_odometry_known)
 	{
 	}
 
@@ -93,7 +94,7 @@ class RunningCalibration
 	void tell(const std::vector<std::string>& contradictions);
 
 	Overrides given_, mounted_, in_use_;  //!< given; with the mounting by which scans are found; with what is shown
-	bool is_on_;
+	bool is_on_, is_odometry_known_;
 	std::optional<mrpt::poses::CPose2D> robot_;    //!< at the last scan, by the odometry
 	double way_ = 0, turn_ = 0;                    //!< [m], [rad] that the robot moved since it was switched on
 	double way_since_ = 0, turn_since_ = 0;        //!< the same since the last scan that was taken
