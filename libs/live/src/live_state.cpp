@@ -200,9 +200,15 @@ void LiveLocalizer::State::localize(ScanAnswer& given, const WaitingScan& scan, 
 		tell_suggestion();
 	else
 		judge_others(given, motion);
-	if (!is_read_anew) return;
+	if (is_read_anew) read_anew();
+}
+
+/// Forgets what rests on scans as they were read before.
+void LiveLocalizer::State::read_anew()
+{
 	answered.clear(true);
 	seeder.take_back();
+	lasers.clear();
 }
 
 /// Lets a scan calibrate its laser. Returns whether its scans are read differently from now on.
@@ -298,7 +304,7 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& scan)
 		lasers.add(scan.topic, scan.header.time, here.observation, read->robot, here.sweep);
 	if (scan.topic != robot.laser())
 	{
-		if (calibrate(scan, *read, std::nullopt, nullptr)) answered.clear(true), seeder.take_back();
+		if (calibrate(scan, *read, std::nullopt, nullptr)) read_anew();
 		return std::nullopt;
 	}
 	if (std::exchange(robot_frame, robot.frame()) != robot.frame() && answered.last) answered.clear(true);

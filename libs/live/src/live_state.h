@@ -142,6 +142,7 @@ struct LiveLocalizer::State
 	bool calibrate(
 	    const WaitingScan& scan, const ReadScan& read, std::optional<Localization> alone, const Localization* together);
 	void judge_others(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion);
+	void read_anew();
 	void tell_suggestion();
 	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;
 	Seed carried(Seed seed) const;
