@@ -176,18 +176,38 @@ class Follower
 	const OdometryEstimate& odometry() const { return odometry_check_.estimate(); }
 
    private:
+	/// Returns where the robot was by the odometry as the drive has shown it. Odometry of another clock is left out:
+	/// what it says of the time of a scan may not have been read yet.
+	std::optional<mrpt::poses::CPose2D> robot_of(const Job& job) const
+	{
+		const ros::Overrides& in_use = calibration_.in_use();
+		if (!job.robot || in_use.odometry_clock != 0) return std::nullopt;
+		return ros::odometry_as(in_use, *job.robot);
+	}
+
+	/// Returns when beams were taken, and how the robot moved meanwhile by the same odometry.
+	Sweep sweep_as_shown(Sweep sweep) const
+	{
+		const ros::Overrides& in_use = calibration_.in_use();
+		if (in_use.odometry_clock != 0) sweep.motion.clear();
+		for (TimedPose& pose : sweep.motion)
+			pose.robot = ros::odometry_as(in_use, mrpt::poses::CPose2D(pose.robot)).asTPose();
+		return sweep;
+	}
+
 	/// Reads a scan as the drive has shown, and lets it show more.
 	void calibrate(Job& job, double middle_angle)
 	{
 		constexpr std::size_t kMostReadings = 1000;
 		const ScanPtr recorded_as = job.logged.observation;
 		const auto& observation = *recorded_as;
+		const Sweep sweep = job.logged.sweep;
 		const mrpt::poses::CPose3D laser =
 		    observation.sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
 		const ros::UncalibratedScan recorded{
-		    ros::from_time(observation.timestamp), observation, laser, {}, false, {}, job.logged.sweep};
-		calibration_.follow(recorded.time, job.robot);
-		if (job.robot) readings_.emplace_back(recorded.time, job.robot->asTPose());
+		    ros::from_time(observation.timestamp), observation, laser, {}, false, {}, sweep_as_shown(sweep)};
+		calibration_.follow(recorded.time, robot_);
+		if (robot_) readings_.emplace_back(recorded.time, robot_->asTPose());
 		if (readings_.size() > kMostReadings) readings_.erase(readings_.begin());
 		const auto localized = [&](const Scan& scan) { return approach_.atlas.localize(scan, approach_.query); };
 		const auto& parameters = approach_.first().parameters().scan;
@@ -196,6 +216,7 @@ class Follower
 			const auto read = std::make_shared<logs::RecordedScan>(*recorded_as);
 			ros::apply(calibration_.in_use(), middle_angle, *read);
 			job.logged.observation = read;
+			job.logged.sweep = sweep_as_shown(sweep);
 			job.scan = scan_of(job, parameters);
 			job.result = localized(job.scan);
 		};
@@ -211,6 +232,8 @@ class Follower
 		if (is_other)
 		{
 			begin();
+			readings_.clear();
+			robot_ = robot_of(job);
 			read_anew();
 		}
 		const std::string shown = calibration_.description();
@@ -220,9 +243,9 @@ class Follower
 	void follow(Job& job, double middle_angle)
 	{
 		std::optional<mrpt::poses::CPose2D> motion;
-		if (job.robot && robot_) motion = *job.robot - *robot_;
+		const auto before = std::exchange(robot_, robot_of(job));
+		if (robot_ && before) motion = *robot_ - *before;
 		if (motion && !is_plausible(*motion)) motion.reset();
-		robot_ = job.robot;
 		if (approach_.calibrates) calibrate(job, middle_angle);
 		const Localization& one_shot = *job.result;
 		odometry_check_.checked(motion, one_shot);
@@ -258,10 +281,10 @@ class Follower
 	std::size_t frames_ = 0;
 	bool is_enough_ = false;
 	double writing_ms_ = 0;
-	std::optional<mrpt::poses::CPose2D> robot_;  //!< at the last scan, by the odometry
+	std::optional<mrpt::poses::CPose2D> robot_;  //!< at the last scan, see robot_of()
 	ros::RunningCalibration calibration_;
-	ros::RunningCalibration::Readings readings_;
-	std::string told_;  //!< of the calibration
+	ros::RunningCalibration::Readings readings_;  //!< as they are in use
+	std::string told_;                            //!< of the calibration
 	OdometryCheck odometry_check_;
 	LeftOutReadings left_out_;
 	std::optional<WindowLocalizer> window_;

@@ -2,6 +2,7 @@
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
+#include <algorithm>
 #include <chrono>
 #include <sstream>
 #include <thread>
@@ -263,51 +264,69 @@ TEST_F(TurningRobotOfALog, TheSinkGetsTheScanThatWasLocalized)
 	EXPECT_GT(share_seen_at_once(make_scan(*observations_[0], {})), 0.75) << "directions are rounded to 4 deg";
 }
 
-/// A robot drives a circle. Its log says that the laser is turned by 90 deg, which it is not.
-TEST_F(TurningRobotOfALog, TheDriveThatALogShowsOnTheWayCorrectsTheLaser)
+namespace
 {
-	constexpr int kScans = 40;
+constexpr int kCircleScans = 40;
+
+/// Returns where a robot is that drives a circle.
+mrpt::math::TPose2D circling_robot(std::size_t scan)
+{
+	const double angle = 0.5 * static_cast<double>(scan), phi = mrpt::math::wrapToPi(angle + M_PI / 2);
+	return {kTurnsAt.x + 0.6 * std::cos(angle), kTurnsAt.y + 0.6 * std::sin(angle), phi};
+}
+
+/// Returns its log, once a second.
+/// \param yaw_error [rad] of what it says of the laser
+test::Objects circling_log(double yaw_error, bool is_odometry_mirrored)
+{
 	test::Objects objects;
-	std::vector<mrpt::math::TPose2D> robots;
-	for (int i = 0; i < kScans; i++)
+	for (std::size_t i = 0; i < kCircleScans; i++)
 	{
-		const double angle = 0.5 * i, phi = mrpt::math::wrapToPi(angle + M_PI / 2);
-		robots.emplace_back(kTurnsAt.x + 0.6 * std::cos(angle), kTurnsAt.y + 0.6 * std::sin(angle), phi);
-		const auto time = logs::from_seconds(test::kStartTime + i);
+		const mrpt::math::TPose2D robot = circling_robot(i);
+		const double side = is_odometry_mirrored ? -1 : 1;
 		auto reading = mrpt::obs::CObservationOdometry::Create();
-		reading->odometry = mrpt::poses::CPose2D(robots.back());
-		auto scan = std::make_shared<mrpt::obs::CObservation2DRangeScan>(
-		    test::make_mrpt_observation(test::flat(), robots.back()));
-		scan->sensorPose = scan->sensorPose + mrpt::poses::CPose3D(0, 0, 0, M_PI / 2, 0, 0);
+		reading->odometry = mrpt::poses::CPose2D(robot.x, side * robot.y, side * robot.phi);
+		auto scan =
+		    std::make_shared<mrpt::obs::CObservation2DRangeScan>(test::make_mrpt_observation(test::flat(), robot));
+		scan->sensorPose = scan->sensorPose + mrpt::poses::CPose3D(0, 0, 0, yaw_error, 0, 0);
 		scan->sensorLabel = "LASER";
-		reading->timestamp = scan->timestamp = time;
+		reading->timestamp = scan->timestamp = logs::from_seconds(test::kStartTime + static_cast<double>(i));
 		objects.push_back(reading);
 		objects.push_back(scan);
 	}
-	test::save(objects, path("in.rawlog"));
-	for (const int threads : {1, 2})
-	{
-		int late_right = 0, late_wrong = 0;
-		std::string told;
-		FrameSink sink;
-		sink.take_object = [](const logs::RawlogObject&) {};
-		sink.tell = [&](const std::string& line) { told += line + "\n"; };
-		sink.take_frame = [&](const Frame& frame, const Scan&, const ScanPtr&)
+	return objects;
+}
+}  // namespace
+
+TEST_F(TurningRobotOfALog, TheDriveThatALogShowsOnTheWayCorrectsLaserAndOdometry)
+{
+	for (const bool is_odometry_mirrored : {false, true})
+		for (const int threads : {1, 2})
 		{
-			if (!frame.localized()) return true;
-			const auto off = frame.result.best().pose.asTPose() - robots[frame.index];
-			const bool is_right = std::abs(mrpt::math::wrapToPi(off.phi)) < 0.05 && std::hypot(off.x, off.y) < 0.1;
-			if (frame.index >= kScans / 2) (is_right ? late_right : late_wrong)++;
-			return true;
-		};
-		Console console;
-		ProgressBar progress(console, false, 0);
-		Approach approach{atlas_, {}, {}, false, nullptr, threads};
-		approach.calibrates = true;
-		const auto reader = logs::read_log(logs::open_log(path("in.rawlog")), "LASER", {});
-		localize_log(*reader, {"LASER", 0, kScans, 1}, approach, sink, progress);
-		EXPECT_NE(told.find("yaw of the laser"), std::string::npos) << told;
-		EXPECT_EQ(late_wrong, 0) << threads;
-		EXPECT_GE(late_right, 12) << threads;
-	}
+			test::save(circling_log(is_odometry_mirrored ? 0 : M_PI / 2, is_odometry_mirrored), path("in.rawlog"));
+			int late_right = 0, late_wrong = 0;
+			std::vector<std::string> told;
+			FrameSink sink;
+			sink.take_object = [](const logs::RawlogObject&) {};
+			sink.tell = [&](const std::string& line) { told.push_back(line); };
+			sink.take_frame = [&](const Frame& frame, const Scan&, const ScanPtr&)
+			{
+				if (!frame.localized()) return true;
+				const auto off = frame.result.best().pose.asTPose() - circling_robot(frame.index);
+				const bool is_right = std::abs(mrpt::math::wrapToPi(off.phi)) < 0.05 && std::hypot(off.x, off.y) < 0.1;
+				if (frame.index >= kCircleScans / 2) (is_right ? late_right : late_wrong)++;
+				return true;
+			};
+			Console console;
+			ProgressBar progress(console, false, 0);
+			Approach approach{atlas_, {}, {}, false, nullptr, threads};
+			approach.calibrates = true;
+			const auto reader = logs::read_log(logs::open_log(path("in.rawlog")), "LASER", {});
+			localize_log(*reader, {"LASER", 0, kCircleScans, 1}, approach, sink, progress);
+			const std::string what = is_odometry_mirrored ? "odometry mirrored" : "yaw of the laser";
+			const auto is_of_it = [&](const std::string& line) { return line.find(what) != std::string::npos; };
+			EXPECT_EQ(std::count_if(told.begin(), told.end(), is_of_it), 1) << testing::PrintToString(told);
+			EXPECT_EQ(late_wrong, 0) << threads;
+			EXPECT_GE(late_right, 12) << threads;
+		}
 }
