@@ -12,9 +12,9 @@ namespace d2s1r::test
 {
 namespace
 {
-constexpr double kCell = 0.05;                         // [m]
-constexpr double kFirst = 4, kSecond = 16, kDeep = 2;  // [m] where the bays are, and how far their walls reach
-constexpr double kWidth = 3;                           // [m] of the first bay
+constexpr double kCell = 0.05;                    // [m]
+constexpr double kFirstBay = 4, kSecondBay = 16;  // [m] where they begin along the wall
+constexpr double kBayDepth = 2, kBayWidth = 3;    // [m] the width is that of the first one
 
 /// A hall of 24 x 10 m, at whose lower wall there are two bays with walls of 2 m, and a box in the second one.
 /// \param second_width [m] of the second bay
@@ -30,9 +30,9 @@ Grid make_hall(double second_width, double box)
 	};
 	for (const double y : {0.0, 9.9}) fill(0, y, 24, y + 0.1);
 	for (const double x : {0.0, 23.9}) fill(x, 0, x + 0.1, 10);
-	for (const double wall : {kFirst, kFirst + kWidth + 0.1, kSecond, kSecond + second_width + 0.1})
-		fill(wall, 0.1, wall + 0.1, kDeep);
-	if (box > 0) fill(kSecond + 0.1, 1.2, kSecond + 0.1 + box, 1.2 + box);
+	for (const double wall : {kFirstBay, kFirstBay + kBayWidth + 0.1, kSecondBay, kSecondBay + second_width + 0.1})
+		fill(wall, 0.1, wall + 0.1, kBayDepth);
+	if (box > 0) fill(kSecondBay + 0.1, 1.2, kSecondBay + 0.1 + box, 1.2 + box);
 	return grid;
 }
 
@@ -55,20 +55,20 @@ bool lists(const Localization& answer, double x)
 
 TEST(Bays, ThatAreTenCentimetresApartInWidthAreNotToldApart)
 {
-	const Grid map = make_hall(kWidth + 0.1, 0);
+	const Grid map = make_hall(kBayWidth + 0.1, 0);
 	for (const double phi : {0.0, 1.0, -2.0})
 	{
-		const mrpt::math::TPose2D robot{kFirst + 1.5, 0.9, phi};
+		const mrpt::math::TPose2D robot{kFirstBay + 1.5, 0.9, phi};
 		const Localization answer = answer_in(map, map, robot);
 		EXPECT_EQ(answer.status, Status::kAmbiguous) << phi << ' ' << answer.confidence;
-		EXPECT_TRUE(lists(answer, robot.x) && lists(answer, robot.x + kSecond - kFirst)) << phi;
+		EXPECT_TRUE(lists(answer, robot.x) && lists(answer, robot.x + kSecondBay - kFirstBay)) << phi;
 	}
 }
 
 TEST(Bays, AreToldApartByOnePieceMore)
 {
-	const Grid map = make_hall(kWidth, 0.6);
-	const mrpt::math::TPose2D robot{kSecond + 1.8, 0.9, 0.5};
+	const Grid map = make_hall(kBayWidth, 0.6);
+	const mrpt::math::TPose2D robot{kSecondBay + 1.8, 0.9, 0.5};
 	const Localization answer = answer_in(map, map, robot);
 	EXPECT_EQ(answer.status, Status::kLocalized) << answer.confidence;
 	ASSERT_FALSE(answer.hypotheses.empty());
