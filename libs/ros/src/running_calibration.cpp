@@ -2,6 +2,7 @@
 #include "ros/running_calibration.h"
 
 #include <d2s1r/motion.h>
+#include <d2s1r/scan_accumulator.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
