@@ -57,7 +57,7 @@ class AppCalibration : public AppTest
 	std::string said_;  //!< by the program
 };
 
-TEST_F(AppCalibration, AnglesThatContradictEachOther)  // 22
+TEST_F(AppCalibration, AnglesThatContradictEachOther)
 {
 	for (const double off : {0.1, -0.1, 0.03, -0.03, 0.007, -0.007})
 	{
@@ -67,7 +67,7 @@ TEST_F(AppCalibration, AnglesThatContradictEachOther)  // 22
 	}
 }
 
-TEST_F(AppCalibration, TurnedLasers)  // 42
+TEST_F(AppCalibration, TurnedLasers)
 {
 	for (const double turned : {180., 90., -90., 45., 20., 10., 5., -20.})
 	{
@@ -77,7 +77,7 @@ TEST_F(AppCalibration, TurnedLasers)  // 42
 	}
 }
 
-TEST_F(AppCalibration, StampsAtTheEndOrTheMiddleOfTheSweep)  // 43, 44
+TEST_F(AppCalibration, StampsAtTheEndOrTheMiddleOfTheSweep)
 {
 	for (const double rate : {0.5, 1., 2.})
 		for (const double share : {1., 0.5})
@@ -89,7 +89,7 @@ TEST_F(AppCalibration, StampsAtTheEndOrTheMiddleOfTheSweep)  // 43, 44
 		}
 }
 
-TEST_F(AppCalibration, BeamsInAnotherOrderOrOtherTimes)  // 45, 46, 47
+TEST_F(AppCalibration, BeamsInAnotherOrderOrOtherTimes)
 {
 	for (const double rate : {1., 2.})
 	{
@@ -107,7 +107,7 @@ TEST_F(AppCalibration, BeamsInAnotherOrderOrOtherTimes)  // 45, 46, 47
 	}
 }
 
-TEST_F(AppCalibration, OdometryOfAnotherClock)  // 48
+TEST_F(AppCalibration, OdometryOfAnotherClock)
 {
 	for (const double clock : {1., -1., 3., -3., -8310659.})
 	{
@@ -118,7 +118,7 @@ TEST_F(AppCalibration, OdometryOfAnotherClock)  // 48
 	}
 }
 
-TEST_F(AppCalibration, OtherTransforms)  // 49, 52
+TEST_F(AppCalibration, OtherTransforms)
 {
 	ToldDrive both;
 	both.moving_mount = MadeTransform{"base_link", "laser", 0.2, 0, 0.2, 'z', M_PI / 2};
@@ -151,7 +151,7 @@ TEST_F(AppCalibration, OtherTransforms)  // 49, 52
 	expect_right("upside down", upside_down);
 }
 
-TEST_F(AppCalibration, MirroredOdometry)  // 51
+TEST_F(AppCalibration, MirroredOdometry)
 {
 	for (const double rate : {1., 2.})
 	{

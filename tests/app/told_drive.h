@@ -29,7 +29,6 @@ struct ToldDrive
 	DriveSettings drive;
 	double told_duration = 0;  //!< [s] of the sweep, by time_increment
 	double told_step = 1;      //!< [-] angle_increment over the true one
-	double told_span = 1;      //!< [-] angle_max minus angle_min over the true one
 	MadeTransform mount = {"base_link", "laser", 0.2, 0, 0.2, 'z', 0};
 	std::optional<MadeTransform> moving_mount{};  //!< that /tf says, beside /tf_static
 	/// Of a second laser, in truth, and the yaw [rad] that messages say.
@@ -68,8 +67,7 @@ inline std::vector<MadeMessage> messages_of(const ToldDrive& told)
 				made.ranges[static_cast<std::size_t>(
 				    std::lround(beam.share * static_cast<float>(settings.beams - 1)))] = beam.range;
 			const auto span = made.angle_step * static_cast<float>(settings.beams - 1);
-			if (told.told_step != 1 || told.told_span != 1)
-				made.last_angle = made.first_angle + span * static_cast<float>(told.told_span / told.told_step);
+			if (told.told_step != 1) made.last_angle = made.first_angle + span * static_cast<float>(1 / told.told_step);
 			if (told.are_scans_mirrored)
 			{
 				std::reverse(made.ranges.begin(), made.ranges.end());
