@@ -63,7 +63,7 @@ std::vector<std::string> parts_of_project()
 	std::vector<std::string> found;
 	for (const char* folder : {"libs", "plugins", "apps"})
 		for (const auto& entry : fs::directory_iterator(kProject / folder))
-			if (!sources_below(entry.path()).empty())
+			if (entry.is_directory() && !sources_below(entry.path()).empty())
 				found.push_back(folder + ("/" + entry.path().filename().string()));
 	found.emplace_back("python");
 	return found;

@@ -166,7 +166,7 @@ std::vector<std::string> advice_by_beams(const Tester& tester, std::size_t fit, 
 		const Trial trial = tester.try_scans(mistake);
 		if (trial.fit() >= fit &&
 		    share_that_map_confirms(mistake, tester.samples().chosen, trial.answers, tester.localizer()) > kNearlyAll)
-			lines.push_back(fit_without(trial, fit, advice_on(mistake, given)));
+			lines.push_back(fit_without(trial, fit, advice_against(mistake, given)));
 	}
 	return lines;
 }
@@ -273,7 +273,7 @@ Diagnosis diagnose(
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
 		if (const auto worst =
 		        worst_mistake(tester, command.map, diagnosis.fit, mistakes_of_fields(samples, other_angles)))
-			add({fit_without(worst->second, diagnosis.fit, advice_on(worst->first, overrides))});
+			add({fit_without(worst->second, diagnosis.fit, advice_against(worst->first, overrides))});
 	if (diagnosis.advice.empty()) add(advice_on_invalid(as_it_is, tester));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
 		add(advice_by_changed_map(tester, command.map, diagnosis.fit));

@@ -79,7 +79,7 @@ Samples read_samples(logs::LogReader& reader, const logs::LogSurvey& survey, con
 	return SampleReader(survey, selection).read(reader);
 }
 
-std::string advice_on(const Mistake& mistake, const ros::Overrides& given)
+std::string advice_against(const Mistake& mistake, const ros::Overrides& given)
 {
 	ros::Overrides whole = mistake.correction;
 	if (whole.range_factor) whole.range_factor = *whole.range_factor * given.range_factor.value_or(1);

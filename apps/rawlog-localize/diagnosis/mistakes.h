@@ -42,7 +42,7 @@ struct Mistake
 
 /// Returns what the mistake is, and the options that correct it.
 /// \param given overrides of the command line
-std::string advice_on(const Mistake& mistake, const ros::Overrides& given);
+std::string advice_against(const Mistake& mistake, const ros::Overrides& given);
 
 /// Returns the correction of ranges that have to be multiplied by `factor`. \param max_range [m] of the laser as it is
 ros::Overrides scaled_by(double factor, float max_range);

@@ -42,7 +42,7 @@ std::string advice_on(const Samples& samples, const ScanParameters& parameters =
 	ros::Overrides given;
 	given.range_factor = range_factor;
 	for (const Mistake& mistake : usual_mistakes(samples, parameters))
-		if (!mistake.correction.sensor_pose) lines += app::advice_on(mistake, given) + "\n";
+		if (!mistake.correction.sensor_pose) lines += app::advice_against(mistake, given) + "\n";
 	return lines;
 }
 }  // namespace
