@@ -83,7 +83,7 @@ Eigen::MatrixXd Normal::solve(const Eigen::MatrixXd& right, double damping) cons
 {
 	Eigen::MatrixXd x = right;
 	const auto of_globals = x.topRows(kGlobals);
-	const auto of_scan = [&](std::size_t k) { return x.middleRows(static_cast<Eigen::Index>(kGlobals + 3 * k), 3); };
+	const auto of_scan = [&](std::size_t k) { return x.middleRows<3>(static_cast<Eigen::Index>(kGlobals + 3 * k)); };
 	auto left = *this;  // after the poses that were eliminated
 	for (Eigen::Matrix3d& scan : left.scans) scan.diagonal() *= 1 + damping;
 	left.globals.diagonal() *= 1 + damping;
@@ -93,17 +93,19 @@ Eigen::MatrixXd Normal::solve(const Eigen::MatrixXd& right, double damping) cons
 		inverses.push_back(left.scans[k].inverse());
 		const Eigen::Matrix<double, 3, kGlobals> solved = inverses[k] * left.scans_with_globals[k];
 		left.globals -= left.scans_with_globals[k].transpose() * solved;
-		x.topRows(kGlobals) -= solved.transpose() * of_scan(k);
+		x.topRows(kGlobals) -= solved.transpose().lazyProduct(of_scan(k));
 		if (k + 1 == scans.size()) break;
 		const Eigen::Matrix3d next = inverses[k] * motions[k];
 		left.scans[k + 1] -= motions[k].transpose() * next;
 		left.scans_with_globals[k + 1] -= motions[k].transpose() * solved;
 		of_scan(k + 1) -= next.transpose() * of_scan(k);
 	}
-	x.topRows(kGlobals) = left.globals.llt().solve(of_globals.eval());
+	const Eigen::LDLT<OfGlobals> factored(left.globals);
+	for (Eigen::Index i = 0; i < x.cols(); i++)
+		x.col(i).head<kGlobals>() = factored.solve(x.col(i).head<kGlobals>().eval());
 	for (std::size_t k = scans.size(); k-- > 0;)
 	{
-		Eigen::MatrixXd rest = of_scan(k) - left.scans_with_globals[k] * of_globals;
+		Eigen::Matrix3Xd rest = of_scan(k) - left.scans_with_globals[k].lazyProduct(of_globals);
 		if (k + 1 < scans.size()) rest -= motions[k] * of_scan(k + 1);
 		of_scan(k) = inverses[k] * rest;
 	}
@@ -243,7 +245,7 @@ Settled Problem::settle(TPose2D laser, std::size_t k)
 			matrix += weight * row * row.transpose();
 			gradient += weight * error * row;
 		}
-		const Eigen::Vector3d move = matrix.llt().solve(gradient);
+		const Eigen::Vector3d move = matrix.inverse() * gradient;
 		laser = TPose2D(laser.x - move.x(), laser.y - move.y(), laser.phi - move.z());
 	}
 	return {laser, static_cast<double>(at_walls) / all};
@@ -410,8 +412,11 @@ void Problem::add_motion(const State& state, std::size_t k, Normal& sums) const
 	{
 		const auto [cost, weight] = robust(error.segment(first, count).squaredNorm(), kBound * noise.kernel);
 		sums.cost += cost;
-		matrix += weight * rows.middleRows(first, count).transpose() * rows.middleRows(first, count);
-		gradient += weight * rows.middleRows(first, count).transpose() * error.segment(first, count);
+		for (int i = first; i < first + count; i++)
+		{
+			matrix += weight * rows.row(i).transpose() * rows.row(i);
+			gradient += weight * error[i] * rows.row(i).transpose();
+		}
 	};
 	add_rows(0, 2);
 	add_rows(2, 1);

@@ -17,7 +17,7 @@ Differences differences_of(Problem& problem, const State& state, const Reading& 
 	const Normal sums = problem.normal(state, true);
 	const Eigen::MatrixXd inverse =
 	    sums.solve(Eigen::MatrixXd::Identity(sums.gradient.size(), static_cast<Eigen::Index>(kUnknowns)), 0);
-	const Eigen::MatrixXd moves = inverse.transpose() * sums.groups;
+	const Eigen::MatrixXd moves = inverse.transpose().lazyProduct(sums.groups);
 	const auto witnesses = static_cast<double>(problem.scans());
 	Differences differences;
 	for (std::size_t i = 0; i < kUnknowns; i++)
