@@ -12,7 +12,7 @@ if [ ! -x build/release/apps/rawlog-localize/rawlog-localize ]; then
   echo "Building (a few minutes, the first time only) ..."
 fi
 [ -f build/release/cmake_install.cmake ] || quietly cmake --preset release -DBUILD_TESTING=OFF
-quietly cmake --build --preset release -j "$(nproc)" --target rawlog-localize d2s1r-pf-init
+quietly cmake --build --preset release -j "$(nproc)" --target rawlog-localize
 
 datasets=/usr/share/mrpt/datasets
 output=build/demo
