@@ -33,24 +33,6 @@ Hypothesis place(double x, double log_likelihood, double explained)
 	hypothesis.explained = explained;
 	return hypothesis;
 }
-
-/// A scan in a round room.
-Scan scan_of_room(double radius, double view)
-{
-	Scan scan;
-	scan.field_of_view = view;
-	for (int i = 0; i < 100; i++)
-		scan.beams.push_back({static_cast<float>(view * (i / 100.0 - 0.5)), static_cast<float>(radius), true});
-	return scan;
-}
-
-Hypothesis at(double x, double yaw, const std::string& map = "")
-{
-	Hypothesis place;
-	place.pose = {x, 0, yaw};
-	place.map = map;
-	return place;
-}
 }  // namespace
 
 TEST(TrackEvidence, ScanCorrectsThePose)
@@ -207,56 +189,5 @@ TEST(TrackEvidence, TheUsualErrorOfAMotionCostsNothing)
 	const auto at = [](double x) { return best_correction(predicted(), {place(x, 5, 0.9)}, kReference, kTuning); };
 	EXPECT_EQ(at(2.1).evidence, 0);
 	EXPECT_LT(at(2.5).evidence, -1);
-}
-
-TEST(ShownWalls, AFirstScanShowsAll)
-{
-	ShownWalls walls;
-	EXPECT_EQ(walls.take(at(0, 0), scan_of_room(3, 2 * M_PI)), 1);
-	EXPECT_EQ(walls.take(at(0, 0, "cellar"), scan_of_room(3, 2 * M_PI)), 1) << "in another map";
-}
-
-TEST(ShownWalls, ARobotThatStaysInABayShowsItOnce)
-{
-	ShownWalls walls;
-	const Scan scan = scan_of_room(3, 2 * M_PI);
-	double sum = 0;
-	for (int i = 0; i < 2000; i++) sum += walls.take(at(0.5 * std::sin(0.05 * i), 0.1 * i), scan);
-	EXPECT_LT(sum, 1.5);
-}
-
-TEST(ShownWalls, ARoomThatANarrowViewRoamsIsRememberedHoweverLong)
-{
-	ShownWalls walls;
-	const Scan scan = scan_of_room(3, M_PI / 2);
-	const auto shown_by = [&](int scans)
-	{
-		double sum = 0;
-		for (int i = 0; i < scans; i++) sum += walls.take(at(2 * std::sin(0.013 * i), 0.07 * i), scan);
-		return sum;
-	};
-	EXPECT_GT(shown_by(3000), 3);
-	EXPECT_LT(shown_by(3000), 0.5) << "all of it was shown before";
-}
-
-TEST(ShownWalls, AWayShowsAsMuchWhateverTheRateOfScans)
-{
-	const auto shown = [](double step)
-	{
-		ShownWalls walls;
-		double sum = 0;
-		for (double x = 0; x < 12; x += step) sum += walls.take(at(x, 0), scan_of_room(3, 2 * M_PI));
-		return sum;
-	};
-	EXPECT_NEAR(shown(0.1), shown(0.02), 0.3);
-	EXPECT_GT(shown(0.1), 2.5);
-	EXPECT_LT(shown(0.1), 6);
-}
-
-TEST(ShownWalls, ATurnShowsOtherWallsToANarrowView)
-{
-	ShownWalls walls;
-	walls.take(at(0, 0), scan_of_room(3, M_PI / 2));
-	EXPECT_GT(walls.take(at(0, M_PI), scan_of_room(3, M_PI / 2)), 0.8);
 }
 }  // namespace d2s1r::test

@@ -2,10 +2,11 @@
 #include "frames/shared_surface.h"
 
 #include <mrpt/core/bits_math.h>
-#include <mrpt/math/TPoint2D.h>
+#include <mrpt/math/TPose2D.h>
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace d2s1r
 {
@@ -17,46 +18,82 @@ using mrpt::math::TPose2D;
 // Two returns of one surface lie so far apart: beams end beside each other, and the motion between the scans errs.
 constexpr double kApart = 0.25;                       // [m]
 constexpr double kApartByRange = mrpt::DEG2RAD(1.5);  // [-] of the range
-constexpr std::size_t kMostReturns = 90;              // [-] that are looked up
+constexpr std::size_t kMostAsked = 90;                // [-] returns that are looked up
+constexpr std::size_t kMostKept = 50'000;             // [-] returns; then all are forgotten
+constexpr double kCell = 0.5;                         // [m]
 
-TPoint2D end_of(const Beam& beam)
+int cell_of(double coordinate)
 {
-	const auto angle = static_cast<double>(beam.angle), range = static_cast<double>(beam.range);
-	return {range * std::cos(angle), range * std::sin(angle)};
+	return static_cast<int>(std::floor(coordinate / kCell));
 }
 
-/// Returns whether a scan has a return near a point of its sensor frame [m].
-bool shows(const Scan& scan, const TPoint2D& point)
+std::uint64_t key_of(int x, int y)
 {
-	const double range = point.norm(), reach = kApart + kApartByRange * range;
-	const double width = range > reach ? std::asin(reach / range) : M_PI;  // [rad] to a side
-	const double angle = std::atan2(point.y, point.x);
-	const auto is_near = [&](const Beam& beam) { return beam.is_return && (end_of(beam) - point).norm() < reach; };
-	const auto is_before = [](const Beam& beam, double at) { return static_cast<double>(beam.angle) < at; };
-	const auto shows_between = [&](double from, double to)
-	{
-		const auto first = std::lower_bound(scan.beams.begin(), scan.beams.end(), from, is_before);
-		return std::any_of(first, std::lower_bound(first, scan.beams.end(), to, is_before), is_near);
-	};
-	const double turns[] = {0, 2 * M_PI, -2 * M_PI};  // [rad] angles of beams are in [-pi, pi)
-	return std::any_of(
-	    std::begin(turns), std::end(turns),
-	    [&](double turn) { return shows_between(angle - width + turn, angle + width + turn); });
+	return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 | static_cast<std::uint32_t>(y);
+}
+
+TPoint2D end_of(const Beam& beam, const TPose2D& sensor)
+{
+	const double angle = static_cast<double>(beam.angle) + sensor.phi, range = static_cast<double>(beam.range);
+	return {sensor.x + range * std::cos(angle), sensor.y + range * std::sin(angle)};
+}
+
+/// Returns the returns of a scan, by beam.
+std::vector<const Beam*> returns_of(const Scan& scan)
+{
+	std::vector<const Beam*> returns;
+	for (const Beam& beam : scan.beams)
+		if (beam.is_return) returns.push_back(&beam);
+	return returns;
+}
+
+/// Returns how many returns stand for one that is looked up.
+std::size_t step_of(const std::vector<const Beam*>& returns)
+{
+	return 1 + returns.size() / kMostAsked;
 }
 }  // namespace
 
-double share_seen_again(const Scan& scan, const Scan& other, const TPose2D& other_robot)
+bool ShownSurface::shows(const TPoint2D& point, double reach) const
 {
-	const TPose2D other_sensor = other_robot + other.sensor_on_robot;  // robot of `scan`
-	const std::size_t step = 1 + scan.beams.size() / kMostReturns;
-	double returns = 0, seen = 0;
-	for (std::size_t i = 0; i < scan.beams.size(); i += step)
-	{
-		if (!scan.beams[i].is_return) continue;
-		const TPoint2D end = scan.sensor_on_robot.composePoint(end_of(scan.beams[i]));
-		returns++;
-		seen += shows(other, other_sensor.inverseComposePoint(end)) ? 1 : 0;
-	}
-	return returns > 0 ? seen / returns : 1;
+	for (int x = cell_of(point.x - reach); x <= cell_of(point.x + reach); x++)
+		for (int y = cell_of(point.y - reach); y <= cell_of(point.y + reach); y++)
+		{
+			const auto [first, last] = returns_.equal_range(key_of(x, y));
+			const auto is_near = [&](const auto& kept) { return (kept.second - point).norm() < reach; };
+			if (std::any_of(first, last, is_near)) return true;
+		}
+	return false;
+}
+
+/// Returns which of the returns that are looked up show something new.
+std::vector<std::size_t> ShownSurface::fresh(const std::vector<const Beam*>& returns, const TPose2D& sensor) const
+{
+	std::vector<std::size_t> fresh;
+	for (std::size_t i = 0; i < returns.size(); i += step_of(returns))
+		if (!shows(end_of(*returns[i], sensor), kApart + kApartByRange * static_cast<double>(returns[i]->range)))
+			fresh.push_back(i);
+	return fresh;
+}
+
+double ShownSurface::share(const Scan& scan, const TPose2D& robot) const
+{
+	const std::vector<const Beam*> returns = returns_of(scan);
+	const std::size_t step = step_of(returns), asked = (returns.size() + step - 1) / step;
+	const auto count = static_cast<double>(fresh(returns, robot + scan.sensor_on_robot).size());
+	return asked > 0 ? 1 - count / static_cast<double>(asked) : 1;
+}
+
+void ShownSurface::add(const Scan& scan, const TPose2D& robot)
+{
+	const TPose2D sensor = robot + scan.sensor_on_robot;
+	const std::vector<const Beam*> returns = returns_of(scan);
+	for (const std::size_t first : fresh(returns, sensor))
+		for (std::size_t i = first; i < std::min(first + step_of(returns), returns.size()); i++)
+		{
+			const TPoint2D end = end_of(*returns[i], sensor);
+			returns_.emplace(key_of(cell_of(end.x), cell_of(end.y)), end);
+		}
+	if (returns_.size() > kMostKept) returns_.clear();
 }
 }  // namespace d2s1r

@@ -39,16 +39,13 @@ constexpr double kSameTime = 1;  //!< [s] scans that are this far apart say the 
 constexpr double kAsWell =
     0.6;  //!< [-] of the best place's explained returns: a place with more explains the scan, too
 constexpr double kOfAlike = 0.3;           //!< [-] power of the evidence for a place that explains the scan, too
-constexpr double kLeastEvidence = -5.9;    //!< [nat] that a scan says of a place: people may have hidden it
 constexpr double kNotNegligible = 1e-4;    //!< [0, 1] probability of a place that is followed
 constexpr double kBelieved = 0.5;          //!< [0, 1] the least, of a place that the newest scan shows: see is_sure()
 constexpr std::size_t kMostFollowed = 20;  //!< [-] places
 constexpr std::size_t kMostPoses = 100;    //!< [-] that are refined near a place
 
 // How poses are predicted and corrected.
-constexpr double kReach = 2;  //!< [standard deviations] to each side in which a scan is explained
-constexpr double kWideAsPlace =
-    1;  //!< [-] standard deviations of a pose that may be localized, of kPlaceDistance and kPlaceYaw
+constexpr double kReach = 2;        //!< [standard deviations] to each side in which a scan is explained
 constexpr double kHeldBelow = 0.5;  //!< [-] share of the promised returns with which a scan corrects a pose
 constexpr double kWayOfOneMotion = 1, kTurnOfOneMotion = 1;  //!< [m], [rad] whose errors are one, beyond them others
 
@@ -174,9 +171,9 @@ class Tracker::State
 	double absence_of(const Localization& answer, const Hypothesis& fittest) const;
 	Told follow(const Look& look, const std::vector<PlaceDensity>& expected);
 	void start_tracks(const Look& look, Told& told);
-	void believe(const Told& told, double fresh, double fresh_walls);
+	void believe(const Told& told, double shown);
 	void drop_tracks();
-	double fresh_share(const Scan& scan, const Told& told) const;
+	double take_shown(const Scan& scan);
 	void check_odometry(bool is_confirmed);
 	bool is_sure() const;
 	void settle_suggestion();
@@ -190,16 +187,14 @@ class Tracker::State
 	double believed_none_ = 1;      //!< [0, 1] see Followed::believed: that the robot is at none of the places
 	double none_ = 1;               //!< [0, 1] with what the newest scan says
 
-	std::optional<double> last_time_;  //!< [s] of the last call of add()
-	double since_told_ = HUGE_VAL;     //!< [s] since the last scan that told something
-	std::optional<Scan> told_;         //!< that scan
-	CPose2D moved_;                    //!< by the odometry since then
-	double explained_ = 0;             //!< [0, 1] share of the returns of that scan, at the best place
-	Travel searched_;                  //!< since the last search of the whole map
-	double since_search_ = HUGE_VAL;   //!< [s] the same
-	double promised_ = 0;              //!< [0, 1] explained returns by the scans before at the best place
-	ShownWalls walls_;                 //!< at the best place
-	double temperature_ = 1;           //!< [-] of the last scan that told something
+	std::optional<double> last_time_;            //!< [s] of the last call of add()
+	double since_told_ = HUGE_VAL;               //!< [s] since the last scan that told something
+	double explained_ = 0;                       //!< [0, 1] share of the returns of that scan, at the best place
+	Travel searched_;                            //!< since the last search of the whole map
+	double since_search_ = HUGE_VAL;             //!< [s] the same
+	double promised_ = 0;                        //!< [0, 1] explained returns by the scans before at the best place
+	std::map<std::string, ShownSurface> shown_;  //!< by map, at the best place
+	double temperature_ = 1;                     //!< [-] of the last scan that told something
 
 	Travel checked_;          //!< since the odometry was checked
 	double since_check_ = 0;  //!< [s]
@@ -265,7 +260,6 @@ void Tracker::State::move(const std::optional<CPose2D>& motion, double seconds)
 	travel(searched_, motion, seconds);
 	since_check_ += seconds;
 	since_told_ += seconds;
-	if (motion) moved_ = moved_ + *motion;
 	since_search_ += seconds;
 }
 
@@ -435,28 +429,27 @@ void Tracker::State::start_tracks(const Look& look, Told& told)
 	}
 }
 
-/// Returns how much [0, 1] of what a scan says was not said by the last one: the robot has moved, what hides the walls
-/// has, or the best place explains more or less of it, as if somebody had carried the robot away. It does not matter
-/// whether the odometry is relied on.
-double Tracker::State::fresh_share(const Scan& scan, const Told& told) const
+/// Takes in what a scan shows at the most probable place. Returns the share [0, 1] that scans have shown before.
+double Tracker::State::take_shown(const Scan& scan)
 {
-	if (told.explained.empty()) return 1;
-	const double in_time = std::exp(-since_told_ / kSameTime);
-	const double in_space =
-	    told_ ? correlation(share_seen_again(scan, *told_, (CPose2D() - moved_).asTPose()), tuning_.model) : 0;
-	const double in_look = 1 - std::abs(told.explained.front() - explained_);
-	return 1 - in_time * in_space * in_look;
+	const Followed& best = tracks_.front();
+	ShownSurface& surface = shown_[map_of(best)];
+	const double share = surface.share(scan, predicted(best).mean.asTPose());
+	if (best.is_seen) surface.add(scan, best.fix.pose.asTPose());
+	return share;
 }
 
 /// Adds what a scan says to what is believed. The newest scan counts as much as it does alone. When the next one comes,
 /// it counts by how much of it was new. Where a place explains it about as well as the best place does, it counts less,
 /// and by how much of the walls is new: such differences are due to the errors of the map, which scans of the same
 /// walls share.
-void Tracker::State::believe(const Told& told, double fresh, double fresh_walls)
+void Tracker::State::believe(const Told& told, double shown)
 {
+	const double explained_here = told.explained.front(), in_look = 1 - std::abs(explained_here - explained_);
+	const double fresh = 1 - in_look * correlation(shown, tuning_.model) * std::exp(-since_told_ / kSameTime);
+	const double fresh_walls = std::max(0.0, 1 - shown / std::max(explained_here, tuning_.least_explained));
 	const bool is_first = believed_none_ >= 1;
 	WindowModel model = tuning_.model;
-	model.least_evidence = kLeastEvidence;
 	model.carried_away *= fresh;
 	model.found_again /= static_cast<double>(std::max<std::size_t>(1, tracks_.size()));
 	WindowPosterior belief{{}, is_first ? 1 : believed_none_};
@@ -593,14 +586,11 @@ Localization Tracker::State::add(double time, const Scan& scan, const std::optio
 		if (!seen.answer.hypotheses.empty())
 		{
 			Told told = follow(seen, expected);
-			const double fresh = fresh_share(scan, told);
 			start_tracks(seen, told);
-			believe(told, fresh, walls_.take(tracks_.front().fix, scan));
+			believe(told, take_shown(scan));
 			drop_tracks();
 			temperature_ = seen.answer.temperature;
 			since_told_ = 0;
-			told_ = scan;
-			moved_ = {};
 			explained_ = tracks_.front().is_seen ? tracks_.front().fix.explained.value_or(0) : 0;
 		}
 		const bool is_confirmed = is_sure() && tracks_.front().is_seen;

@@ -117,25 +117,6 @@ bool likelier(const Hypothesis& a, const Hypothesis& b, const WindowTuning& tuni
 	if (is_hidden(a, tuning) != is_hidden(b, tuning)) return is_hidden(b, tuning);
 	return log_likelihood_of(a) > log_likelihood_of(b);
 }
-
-/// Returns the mean range [m] of what a scan shows.
-double mean_range(const Scan& scan)
-{
-	constexpr double kLeast = 0.1;  // [m]
-	double sum = 0, returns = 0;
-	for (const Beam& beam : scan.beams)
-		if (beam.is_return) sum += static_cast<double>(beam.range), returns++;
-	return std::max(kLeast, sum / std::max(1.0, returns));
-}
-
-/// Returns the share [0, 1] of the walls seen from one pose that are seen from another one. Of a view all around, a
-/// turn leaves all in view.
-double shared_walls(const mrpt::poses::CPose2D& a, const mrpt::poses::CPose2D& b, double range, double view)
-{
-	constexpr double kAllAround = 1.9 * M_PI;  // [rad]
-	const double turn = std::abs(mrpt::math::wrapToPi(a.phi() - b.phi()));
-	return std::exp(-a.distanceTo(b) / range - (view > kAllAround ? 0 : turn / view));
-}
 }  // namespace
 
 GuessedMotion common_motion(
@@ -303,29 +284,5 @@ double absence(const Localization& one_shot, double listed, const Hypothesis* fi
 	                        log_odds_of_lead(lead_before, model);
 	const double rivals = std::max(0.0, listed / std::max(kLeast, best.probability) - (is_same ? 1 : 0));
 	return log_odds(1 - listed, listed) - presence + std::log1p(rivals * std::exp(-gain));
-}
-
-double ShownWalls::take(const Hypothesis& place, const Scan& scan)
-{
-	constexpr double kOnePart = 0.8;         // [0, 1] of shared walls
-	constexpr std::size_t kMostParts = 100;  // [-] then the oldest is forgotten
-	const double range = mean_range(scan);
-	double shown = 0, most = 0;
-	Part* nearest = nullptr;
-	for (Part& part : parts_)
-	{
-		if (part.place.map != place.map) continue;
-		const double shared = shared_walls(part.place.pose, place.pose, range, scan.field_of_view);
-		shown += part.share * shared;
-		if (shared > most) nearest = &part;
-		most = std::max(most, shared);
-	}
-	const double fresh = std::max(0.0, 1 - shown);
-	if (nearest && most > kOnePart)
-		nearest->share += fresh;
-	else if (fresh > 0)
-		parts_.push_back({place, fresh});
-	if (parts_.size() > kMostParts) parts_.pop_front();
-	return fresh;
 }
 }  // namespace d2s1r

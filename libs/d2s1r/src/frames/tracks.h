@@ -116,24 +116,4 @@ const Hypothesis* likeliest(const std::vector<Hypothesis>& places, const WindowT
 /// \param listed [0, 1] probability that the robot is at one of the places that the scan lists
 /// \param fittest the likeliest place; not null if the scan lists a place
 double absence(const Localization& one_shot, double listed, const Hypothesis* fittest, const PresenceModel& model);
-
-/// Says how much of the walls that scans show is new. Scans of the same walls share the errors of the map there,
-/// however often the robot turns or comes back.
-class ShownWalls
-{
-   public:
-	/// Takes in what a scan shows. \param place of the robot
-	/// \return the share [0, 1] of the walls that no scan before showed
-	double take(const Hypothesis& place, const Scan& scan);
-
-   private:
-	/// A place, and how much of what is seen there scans have shown.
-	struct Part
-	{
-		Hypothesis place;
-		double share;  //!< [0, 1]
-	};
-
-	std::deque<Part> parts_;  //!< newest last
-};
 }  // namespace d2s1r

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "answer/distinct_poses.h"
-#include "frames/shared_surface.h"
 #include "frames/window_tracker.h"
 
 namespace d2s1r
@@ -98,11 +97,11 @@ GuessedMotion WindowTracker::motion_to(const Localization& one_shot, const std::
 std::vector<double> WindowTracker::seen_again(const Scan& scan, const GuessedMotion& motion) const
 {
 	std::vector<double> shares(frames_.size());
-	mrpt::poses::CPose2D robot = reversed(motion.motion).mean;  // of the frame, in the robot frame of the scan
+	mrpt::poses::CPose2D robot = motion.motion.mean;  // of the scan, in the robot frame of the frame
 	for (std::size_t i = frames_.size(); i-- > 0;)
 	{
-		shares[i] = share_seen_again(scan, frames_[i].scan, robot.asTPose());
-		robot = robot + reversed(frames_[i].motion.motion).mean;
+		shares[i] = frames_[i].shown.share(scan, robot.asTPose());
+		robot = frames_[i].motion.motion.mean + robot;
 	}
 	return shares;
 }
@@ -116,7 +115,8 @@ void WindowTracker::append(const Scan& scan, const Localization& one_shot, const
 		tracks_.clear();
 	}
 	std::vector<double> seen_before = seen_again(scan, motion);
-	frames_.push_back({scan, one_shot.hypotheses, {0, one_shot.temperature}, 0, motion, std::move(seen_before)});
+	frames_.push_back({scan, {}, one_shot.hypotheses, {0, one_shot.temperature}, 0, motion, std::move(seen_before)});
+	frames_.back().shown.add(scan, {});
 	if (frames_.size() <= most_frames_) return;
 	frames_.pop_front();
 	for (Frame& frame : frames_)

@@ -11,7 +11,7 @@ namespace d2s1r
 /// What one frame of a window tells, whatever the place.
 struct FrameEvidence
 {
-	/// [0, 1] How much of its scan the frames before it show again, oldest first: see share_seen_again().
+	/// [0, 1] How much of its scan the frames before it show again, oldest first: see ShownSurface.
 	std::vector<double> seen_before;
 	/// [nat] Log-odds of "the robot is at none of the places that the scan lists" against the best place of the frame.
 	double absence = 0;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "frames/shared_surface.h"
 #include "frames/tracks.h"
 
 namespace d2s1r
@@ -59,6 +60,7 @@ class WindowTracker
 	struct Frame
 	{
 		Scan scan;
+		ShownSurface shown;                //!< by it, in the robot frame
 		std::vector<Hypothesis> one_shot;  //!< what the scan says alone
 		Reference reference;               //!< of the places of the frame
 		double absence = 0;                //!< [nat] see FrameEvidence
