@@ -81,7 +81,7 @@ class Tracker
 	const OdometryEstimate& odometry() const;
 
    private:
-	class State;
+	struct State;
 	std::unique_ptr<State> state_;
 };
 }  // namespace d2s1r

@@ -1,0 +1,198 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What a Tracker believes of the places that it follows.
+#include <mrpt/core/bits_math.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "answer/distinct_poses.h"
+#include "fine/decision.h"
+#include "frames/tracker_state.h"
+
+namespace d2s1r
+{
+namespace
+{
+// How much a scan counts once the next one has come: chosen by hand on recorded and simulated drives.
+constexpr double kSameTime = 1;   //!< [s] scans that are this far apart say the same with a correlation of 1 / e
+constexpr double kAsWell = 0.6;   //!< [-] of what the best place explains: a place with more explains the scan, too
+constexpr double kOfAlike = 0.3;  //!< [-] power of the evidence for a place that explains the scan, too
+
+constexpr double kHeldBelow = 0.5;         //!< [-] share of the promised returns with which a scan corrects a pose
+constexpr double kNotNegligible = 1e-4;    //!< [0, 1] probability of a place that is followed
+constexpr std::size_t kMostFollowed = 20;  //!< [-] places
+
+/// Returns the places at which a robot can be that is expected somewhere. To others it would have been carried: a
+/// search finds these, and what is believed of the expected place is not believed of them.
+std::vector<Hypothesis> within_reach(
+    const PoseDensity& expected, std::vector<Hypothesis> places, const WindowTuning& tuning)
+{
+	const auto is_elsewhere = [&](const Hypothesis& place)
+	{
+		return !are_near(expected.mean.asTPose(), place.pose.asTPose(), kPlaceDistance, kPlaceYaw) &&
+		       mrpt::square(mahalanobis_distance(expected, measurement(place, tuning))) >= kMostOff;
+	};
+	places.erase(std::remove_if(places.begin(), places.end(), is_elsewhere), places.end());
+	return places;
+}
+
+/// Returns the share [0, 1] of one place in all those at which the robot may be by a predicted density.
+double share_of_place(const PoseDensity& predicted)
+{
+	const double yaw = std::min(std::sqrt(predicted.cov(2, 2)), M_PI / std::sqrt(3));  // that of any yaw
+	const double spread = std::sqrt(predicted.cov(0, 0) * predicted.cov(1, 1)) * yaw;
+	return std::min(1.0, mrpt::square(kPlaceDistance) * kPlaceYaw / spread);
+}
+}  // namespace
+
+/// Returns the log-odds [nat] of "the robot is at none of the places" against the best place. Once places are followed,
+/// it does not matter that others explain the scan, too: what they are against each other is known without it.
+double Tracker::State::absence_of(const Localization& answer, const Hypothesis& fittest) const
+{
+	const PresenceModel& model = scoring().presence_model;
+	if (!tracks.empty()) return -fittest.log_odds.value_or(0) - log_odds_of_lead(kMostLead, model);
+	double listed = 0;
+	for (const Hypothesis& hypothesis : answer.hypotheses)
+		if (maps.at(hypothesis.map).prior.allows(hypothesis.pose.asTPose())) listed += hypothesis.probability;
+	return absence(answer, std::min(1.0, listed), &fittest, model);
+}
+
+/// Lets a scan correct the places that are followed.
+Told Tracker::State::follow(const Look& look, const std::vector<PlaceDensity>& expected)
+{
+	const std::vector<Hypothesis>& places = look.answer.hypotheses;
+	const Hypothesis* fittest = likeliest(places, tuning);
+	const Reference reference = {log_likelihood_of(*fittest), look.answer.temperature, fittest->by_pieces};
+	const auto shared = look.near.empty() ? shared_out(places, expected, tuning) : look.near;
+	Told told;
+	told.absence = absence_of(look.answer, *fittest);
+	for (std::size_t i = 0; i < tracks.size(); i++)
+	{
+		const std::vector<Hypothesis> there = within_reach(expected[i].pose, shared[i], tuning);
+		const Correction fit = best_correction(expected[i].pose, there, reference, tuning);
+		told.evidence.push_back(fit.evidence);
+		told.explained.push_back(fit.explained);
+		if (fit.explained < kHeldBelow * promised || fit.explained < tuning.least_explained) continue;
+		Followed& track = tracks[i];
+		track.believed *= share_of_place(expected[i].pose);
+		track.fix.pose = fit.pose.mean;
+		track.fix.covariance = fit.pose.cov;
+		track.of_map = fit.measured - fit.pose.cov;
+		track.fix.explained = fit.explained;
+		track.since = {};
+		track.is_seen = true;
+	}
+	return told;
+}
+
+/// Starts to follow the places of a search that are new.
+void Tracker::State::start_tracks(const Look& look, Told& told)
+{
+	if (!look.is_whole) return;
+	const Hypothesis* fittest = likeliest(look.answer.hypotheses, tuning);
+	const Reference reference = {log_likelihood_of(*fittest), look.answer.temperature, fittest->by_pieces};
+	for (const Hypothesis& hypothesis : look.answer.hypotheses)
+	{
+		const auto is_followed = [&](const Followed& track)
+		{
+			Hypothesis now = track.fix;
+			now.pose = predicted(track).mean;
+			return is_one_place(now, hypothesis);
+		};
+		if (std::any_of(tracks.begin(), tracks.end(), is_followed)) continue;
+		Followed& track = tracks.emplace_back();
+		track.fix = hypothesis;
+		track.fix.covariance = measurement(hypothesis, tuning).cov;
+		told.evidence.push_back(evidence_of(hypothesis, reference, tuning));
+		told.explained.push_back(hypothesis.explained.value_or(0));
+	}
+}
+
+/// Takes in what a scan shows at the most probable place. Returns the share [0, 1] that scans have shown before.
+double Tracker::State::take_shown(const Scan& scan)
+{
+	const Followed& best = tracks.front();
+	ShownSurface& surface = shown_surfaces[best.map()];
+	const double share = surface.share(scan, predicted(best).mean.asTPose());
+	if (best.is_seen) surface.add(scan, best.fix.pose.asTPose());
+	return share;
+}
+
+/// Adds what a scan says to what is believed. The newest scan counts as much as it does alone. When the next one comes,
+/// it counts by how much of it was new. Where a place explains it about as well as the best place does, it counts less,
+/// and by how much of the walls is new: such differences are due to the errors of the map, which scans of the same
+/// walls share.
+void Tracker::State::weigh_tracks(const Told& told, double shown)
+{
+	const double explained_here = told.explained.front(), in_look = 1 - std::abs(explained_here - last_explained);
+	const double fresh = 1 - in_look * correlation(shown, tuning.model) * std::exp(-since_told / kSameTime);
+	const double fresh_walls = std::max(0.0, 1 - shown / std::max(explained_here, tuning.least_explained));
+	const bool is_first = believed_none >= 1;
+	WindowModel model = tuning.model;
+	model.carried_away *= fresh;
+	model.found_again /= static_cast<double>(std::max<std::size_t>(1, tracks.size()));
+	WindowPosterior belief{{}, is_first ? 1 : believed_none};
+	for (const Followed& track : tracks) belief.tracks.push_back(is_first ? 1 : track.believed);
+	if (!is_first) predict(belief, 1, fresh, model);
+
+	const double bounded_absence = std::min(told.absence, is_first ? HUGE_VAL : model.most_absence);
+	FrameWeights newest{bounded_absence, 1, told.evidence, std::vector<double>(tracks.size(), 1)};
+	WindowPosterior now = belief;
+	weigh(now, newest, model);
+	admit_presence(now, told.absence, told.evidence);
+
+	const double most = *std::max_element(told.explained.begin(), told.explained.end());
+	FrameWeights later{std::min(told.absence, model.most_absence), fresh, told.evidence, {}};
+	for (const double explained : told.explained)
+		later.of_tracks.push_back(explained >= kAsWell * most ? kOfAlike * fresh_walls : fresh);
+	weigh(belief, later, model);
+	for (std::size_t i = 0; i < tracks.size(); i++)
+	{
+		tracks[i].believed = belief.tracks[i];
+		tracks[i].probability = now.tracks[i];
+	}
+	believed_none = belief.none;
+	none = now.none;
+}
+
+/// Drops the places that a prior rules out or that hardly count and, of those that have become one, all but the most
+/// probable. The most probable place stays, however improbable it is.
+void Tracker::State::drop_tracks()
+{
+	const auto is_ruled_out = [&](const Followed& track)
+	{ return !maps.at(track.map()).prior.allows(track.fix.pose.asTPose()); };
+	tracks.erase(std::remove_if(tracks.begin(), tracks.end(), is_ruled_out), tracks.end());
+	std::stable_sort(
+	    tracks.begin(), tracks.end(),
+	    [](const Followed& a, const Followed& b) { return is_more_probable(a.probability, b.probability); });
+	std::vector<Followed> kept;
+	for (Followed& track : tracks)
+	{
+		if (!kept.empty() && std::max(track.believed, track.probability) < kNotNegligible) continue;
+		if (kept.size() >= kMostFollowed) break;
+		const auto same = std::find_if(
+		    kept.begin(), kept.end(), [&](const Followed& other) { return is_one_place(track.fix, other.fix); });
+		if (same == kept.end())
+			kept.push_back(std::move(track));
+		else
+		{
+			// They explain the scans alike, so that the two were given the evidence of one.
+			same->believed = std::max(same->believed, track.believed);
+		}
+	}
+	tracks = std::move(kept);
+}
+
+/// Lets a scan change what is believed.
+void Tracker::State::believe(const Look& look, const std::vector<PlaceDensity>& expected, const Scan& scan)
+{
+	Told told = follow(look, expected);
+	start_tracks(look, told);
+	weigh_tracks(told, take_shown(scan));
+	drop_tracks();
+	temperature = look.answer.temperature;
+	since_told = 0;
+	last_explained = tracks.front().is_seen ? tracks.front().fix.explained.value_or(0) : 0;
+}
+}  // namespace d2s1r
