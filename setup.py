@@ -1,8 +1,11 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-"""Builds the Python module with CMake, and puts the shared libraries that it needs beside it. See pyproject.toml."""
+"""Builds the Python module with CMake, and puts the shared libraries that it needs beside it. See pyproject.toml.
+
+CMake also gets the arguments in CMAKE_ARGS."""
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -40,8 +43,8 @@ class BuildWithCMake(build_ext):
             "cmake", "-S", SOURCES, "-B", build, "-G", "Ninja", "-D", "CMAKE_BUILD_TYPE=Release", "-D", "BUILD_TESTING=OFF",
             "-D", "CMAKE_UNITY_BUILD=ON", "-D", f"Python3_EXECUTABLE={sys.executable}", "-D", "CMAKE_INSTALL_PREFIX=/opt/d2s1r",
             "-D", "D2S1R_PYTHON_DIR=python", "-D", "CMAKE_INSTALL_LIBDIR=python/d2s1r/lib", "-D", "CMAKE_BUILD_WITH_INSTALL_RPATH=ON",
-            "-D", "CMAKE_MODULE_LINKER_FLAGS=-Wl,--disable-new-dtags", "-D", "CMAKE_SHARED_LINKER_FLAGS=-Wl,--disable-new-dtags"],
-            check=True)
+            "-D", "CMAKE_MODULE_LINKER_FLAGS=-Wl,--disable-new-dtags", "-D", "CMAKE_SHARED_LINKER_FLAGS=-Wl,--disable-new-dtags",
+            *shlex.split(os.environ.get("CMAKE_ARGS", ""))], check=True)
         subprocess.run(["cmake", "--build", build, "--target", "python-d2s1r"], check=True)
         (module,) = (build / "python" / "d2s1r").glob(MODULE + "*.so")
         package.mkdir(parents=True, exist_ok=True)
