@@ -10,7 +10,7 @@
 #include <iostream>
 
 #include "environment.h"
-#include "nodes.h"
+#include "tracker.h"
 
 namespace
 {
@@ -81,7 +81,7 @@ void add_options(CLI::App& parser, DriveSettings& settings)
 	    { settings.domain = static_cast<std::uint32_t>(parse_whole_number(text, 0, live::kGreatestDomain)); });
 	other.value(
 	    "--namespace", "NAME", "the namespace of all topics, such as /robot1",
-	    [&](const std::string& text) { settings.space = (text.front() == '/' ? "" : "/") + text; });
+	    [&](const std::string& text) { settings.names.space = (text.front() == '/' ? "" : "/") + text; });
 	other.help("d2s1r-live-drive " D2S1R_VERSION "\n", std::cout);
 }
 
@@ -104,7 +104,7 @@ int run(int argc, char** argv)
 	settings.seconds = parse_finite_number(names[1], "is not a time in s");
 	if (names.size() > 2) settings.markers = names[2];
 	if (is_tracker()) track(settings);
-	set_words(argv);
+	TrackerProcess::words = argv;
 	try
 	{
 		std::cout << drive::drive(settings) << std::endl;

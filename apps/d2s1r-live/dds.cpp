@@ -15,7 +15,7 @@
 #include <memory>
 
 #include "graph16.h"
-#include "ros.h"
+#include "messages.h"
 
 namespace d2s1r::live
 {
@@ -139,34 +139,35 @@ ParticipantKey key_of(const dds_guid_t& guid)
 
 std::string Endpoint::new_mismatch()
 {
-	std::uint32_t count = 0, policy = 0;
-	if (is_reader_)
+	const auto look = [&](auto status, const auto& get)
 	{
-		dds_requested_incompatible_qos_status_t status{};
-		dds_get_requested_incompatible_qos_status(entity_, &status);
-		count = status.total_count, policy = status.last_policy_id;
-	}
-	else
-	{
-		dds_offered_incompatible_qos_status_t status{};
-		dds_get_offered_incompatible_qos_status(entity_, &status);
-		count = status.total_count, policy = status.last_policy_id;
-	}
+		get(entity_, &status);
+		return std::pair(status.total_count, status.last_policy_id);
+	};
+	const auto [count, policy] =
+	    is_reader_ ? look(dds_requested_incompatible_qos_status_t{}, dds_get_requested_incompatible_qos_status)
+	               : look(dds_offered_incompatible_qos_status_t{}, dds_get_offered_incompatible_qos_status);
 	if (count == mismatches_) return "";
 	mismatches_ = count;
 	return topic_ + ": a " + (is_reader_ ? "publisher" : "subscriber") +
 	       " is there whose quality of service does not match: " + policy_name(policy);
 }
 
-Reader::Reader(
-    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& asked)
-    : Endpoint(
-          topic,
-          checked(
-              dds_create_reader(
-                  participant, make_topic(participant, type, wire_name(topic)), qos_of(asked).get(), nullptr),
-              topic),
-          true)
+Endpoint::Endpoint(
+    const Place& place, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& quality,
+    Create create)
+    : topic_(place.names.resolve(topic)),
+      entity_(checked(
+          create(
+              place.participant, make_topic(place.participant, type, wire_name(topic_)), qos_of(quality).get(),
+              nullptr),
+          topic_)),
+      is_reader_(&create == &dds_create_reader)
+{
+}
+
+Reader::Reader(const Place& place, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& asked)
+    : Endpoint(place, type, topic, asked, dds_create_reader)
 {
 }
 
@@ -233,14 +234,8 @@ void Reader::take(const std::function<void(ros::Bytes message, std::uint64_t pub
 }
 
 AnyWriter::AnyWriter(
-    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& offered)
-    : Endpoint(
-          topic,
-          checked(
-              dds_create_writer(
-                  participant, make_topic(participant, type, wire_name(topic)), qos_of(offered).get(), nullptr),
-              topic),
-          false)
+    const Place& place, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& offered)
+    : Endpoint(place, type, topic, offered, dds_create_writer)
 {
 }
 
@@ -324,11 +319,6 @@ void write_graph(
 	Node node{};
 	node.node_namespace = space.data();
 	node.node_name = name.data();
-	const auto point_to = [](auto& sequence, auto& values)
-	{
-		sequence._buffer = values.data();
-		sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
-	};
 	point_to(node.reader_gid_seq, reader_gids);
 	point_to(node.writer_gid_seq, writer_gids);
 	Info info{};

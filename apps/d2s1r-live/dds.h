@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "ros_arguments.h"
+
 namespace d2s1r::live
 {
 struct Quality
@@ -59,6 +61,13 @@ Entity open_domain(std::uint32_t domain, const std::vector<std::string>& setting
 /// Joins a domain. \throws UserError (kBadInput)
 Entity join_domain(std::uint32_t domain);
 
+/// Where a node's readers and writers are.
+struct Place
+{
+	dds_entity_t participant = 0;
+	Names names{};  //!< which resolve those of its topics
+};
+
 /// A reader or a writer, and what is told of its peers.
 class Endpoint
 {
@@ -70,10 +79,10 @@ class Endpoint
 	std::string new_mismatch();
 
    protected:
-	Endpoint(std::string topic, Entity entity, bool is_reader)
-	    : topic_(std::move(topic)), entity_(std::move(entity)), is_reader_(is_reader)
-	{
-	}
+	using Create = dds_entity_t (&)(dds_entity_t, dds_entity_t, const dds_qos_t*, const dds_listener_t*);
+	Endpoint(
+	    const Place& place, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& quality,
+	    Create create);
 
    private:
 	std::string topic_;
@@ -94,8 +103,7 @@ class Reader : public Endpoint
 {
    public:
 	/// \throws UserError (kBadInput)
-	Reader(
-	    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& asked);
+	Reader(const Place& place, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& asked);
 	Peers publishers() const;
 
 	/// Returns names of the publishers that are there, which differ from those of all others that ever were.
@@ -113,8 +121,7 @@ class AnyWriter : public Endpoint
 {
    public:
 	/// \throws UserError (kBadInput)
-	AnyWriter(
-	    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& offered);
+	AnyWriter(const Place& place, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& offered);
 	Peers readers() const;
 
 	/// Returns the participants that the readers are of.

@@ -4,17 +4,24 @@
 #include <mrpt/core/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace d2s1r::live
 {
-namespace
+Time wall_clock()
 {
+	using namespace std::chrono;
+	return duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
+}
+
 geometry_msgs_msg_dds__Pose_ to_message(const mrpt::poses::CPose2D& pose)
 {
 	return {{pose.x(), pose.y(), 0}, {0, 0, std::sin(pose.phi() / 2), std::cos(pose.phi() / 2)}};
 }
 
+namespace
+{
 using Marker = visualization_msgs_msg_dds__Marker_;
 enum MarkerType : int
 {
@@ -94,16 +101,16 @@ Owned<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> pose_message(
 	return owned;
 }
 
-Owned<tf2_msgs_msg_dds__TFMessage_> transform_message(const TrackedPose& tracked, Time tolerance)
+Owned<tf2_msgs_msg_dds__TFMessage_> transform_message(
+    Time time, const std::string& parent, const std::string& child, const mrpt::poses::CPose2D& pose)
 {
 	Owned<tf2_msgs_msg_dds__TFMessage_> owned;
-	owned.texts = {tracked.map_frame, tracked.odometry_frame};
-	const geometry_msgs_msg_dds__Pose_ pose = to_message(tracked.odometry);
-	geometry_msgs_msg_dds__TransformStamped_ one{};
-	one.header = {to_stamp(tracked.time + tolerance), owned.texts[0].data()};
-	one.child_frame_id = owned.texts[1].data();
-	one.transform = {{pose.position.x, pose.position.y, 0}, pose.orientation};
-	owned.transforms.push_back(one);
+	owned.texts = {parent, child};
+	const auto [position, orientation] = to_message(pose);
+	owned.transforms.push_back(
+	    {{to_stamp(time), owned.texts[0].data()},
+	     owned.texts[1].data(),
+	     {{position.x, position.y, position.z}, orientation}});
 	point_to(owned.message.transforms, owned.transforms);
 	return owned;
 }

@@ -11,6 +11,9 @@
 
 namespace d2s1r::live
 {
+/// The time of day of this machine.
+Time wall_clock();
+
 /// Holds a message and the texts and numbers that it points to.
 template <typename Message>
 struct Owned
@@ -26,6 +29,7 @@ struct Owned
 };
 
 builtin_interfaces_msg_dds__Time_ to_stamp(Time time);
+geometry_msgs_msg_dds__Pose_ to_message(const mrpt::poses::CPose2D& pose);
 
 template <typename Sequence, typename Value>
 void point_to(Sequence& sequence, std::vector<Value>& values)
@@ -38,8 +42,9 @@ Owned<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> pose_message(
     Time time, const std::string& frame, const mrpt::poses::CPose2D& pose,
     const mrpt::math::CMatrixDouble33& covariance);
 
-/// The transform from map to odometry, which is good for some time [ns] after its reading.
-Owned<tf2_msgs_msg_dds__TFMessage_> transform_message(const TrackedPose& tracked, Time tolerance);
+/// The pose of one frame in another.
+Owned<tf2_msgs_msg_dds__TFMessage_> transform_message(
+    Time time, const std::string& parent, const std::string& child, const mrpt::poses::CPose2D& pose);
 
 /// The hypotheses, most probable first; none if the scan tells of none.
 Owned<geometry_msgs_msg_dds__PoseArray_> hypotheses_message(const ScanAnswer& answer);

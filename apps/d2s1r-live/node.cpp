@@ -1,23 +1,21 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "node.h"
 
-#include <d2s1r/map_io.h>
-#include <d2s1r/map_names.h>
 #include <shell/errors.h>
 #include <shell/indexed_maps.h>
-#include <shell/values.h>
 
 #include <chrono>
-#include <deque>
 #include <future>
 #include <set>
 #include <stdexcept>
 #include <thread>
 #include <type_traits>
 
-#include "dds.h"
+#include "line_budget.h"
+#include "maps.h"
 #include "messages.h"
 #include "rivals.h"
+#include "topics.h"
 
 namespace d2s1r::live
 {
@@ -25,209 +23,10 @@ namespace
 {
 constexpr int kLongestWait = 50;  // [ms] for messages, between looks at signals
 
-Time wall_clock()
-{
-	using namespace std::chrono;
-	return duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
-}
-
 SteadyTime steady_now()
 {
 	return std::chrono::steady_clock::now();
 }
-
-Parameters read_parameters(const std::string& config, const std::vector<std::string>& settings)
-{
-	const Parameters parameters = app::read_parameters(config, settings);
-	if (parameters.method != Method::kDefault)
-		throw app::UserError(
-		    app::kWrongUse, config.empty() ? "--set" : config,
-		    "a running robot needs method = default; leave `method` out");
-	return parameters;
-}
-
-/// The maps of --map, and a line about files that are left out; it may be empty.
-struct LoadedMaps
-{
-	std::shared_ptr<const Atlas> atlas;
-	std::string note;
-};
-
-void check_map(const Flags& flags)
-{
-	using app::UserError;
-	if (is_image_name(flags.map))
-		throw UserError(
-		    app::kBadInput, flags.map,
-		    "an image does not say its resolution; write a map_server yaml for it and name that");
-	if (!is_atlas(flags.map)) return;
-	if (!flags.settings.region.anywhere())
-		throw UserError(
-		    app::kWrongUse, "--region",
-		    "does not go with several maps: give a map its 'region' in the yaml file of the atlas");
-	if (!flags.index.empty())
-		throw UserError(app::kWrongUse, "--index", "does not go with several maps: name one map, or leave it out");
-}
-
-std::vector<app::MapSource> map_sources(const Flags& flags, const Parameters& parameters)
-{
-	if (!is_atlas(flags.map))
-		return {{{map_name_of(flags.map), flags.map, {}, flags.settings.region}, {}, {}, flags.index, parameters}};
-	std::vector<app::MapSource> sources;
-	for (AtlasEntry& entry : read_atlas(flags.map))
-	{
-		const Parameters own = entry.config.empty() ? parameters : read_parameters(entry.config, flags.parameters);
-		sources.push_back({std::move(entry), flags.map, {}, {}, own});
-	}
-	return sources;
-}
-
-LoadedMaps load_maps(const Flags& flags, const Parameters& parameters)
-{
-	check_map(flags);
-	try
-	{
-		const auto sources = map_sources(flags, parameters);
-		std::vector<AtlasMap> maps;
-		std::vector<AtlasEntry> entries;
-		const auto wait = [](const std::string&, const std::string&, const auto& work) { work(); };
-		for (const app::IndexedMap& map : app::load_maps(sources, wait))
-		{
-			maps.push_back({map.entry.name, map.localizer, map.entry.region, map.entry.floor});
-			entries.push_back(map.entry);
-		}
-		const std::string others = files_that_are_no_maps(flags.map, entries);
-		return {std::make_shared<Atlas>(std::move(maps)), others.empty() ? "" : printable(flags.map + ": " + others)};
-	}
-	catch (const std::exception& e)
-	{
-		throw app::about(flags.map, app::kBadInput, e);
-	}
-}
-
-/// Makes localizers of the maps that come as messages, with the index that is kept in a file. One that cannot be saved
-/// is told; the localizer is there.
-MakeLocalizer localizers_with_index(const std::string& file)
-{
-	return [file](const std::shared_ptr<const OccupancyMap>& map, const Parameters& parameters) -> MadeLocalizer
-	{
-		std::shared_ptr<const Localizer> built;
-		const auto build = [&] { return built = std::make_shared<const Localizer>(map, parameters); };
-		try
-		{
-			return {app::index_or_build(file, fingerprint_of_map(*map), parameters, build).localizer, ""};
-		}
-		catch (const app::UserError& error)
-		{
-			return {built ? built : build(), one_line(error)};
-		}
-	};
-}
-
-struct Topics
-{
-	Topics(const Flags& flags, dds_entity_t participant)
-	    : Topics(flags, participant, [&](const std::string& topic) { return flags.names.resolve(topic); })
-	{
-	}
-
-	template <class Named>
-	Topics(const Flags& flags, dds_entity_t participant, const Named& named)
-	    : maps(
-	          participant, nav_msgs_msg_dds__OccupancyGrid__desc, named(flags.map_topic),
-	          {true, !flags.volatile_map, 1}),
-	      transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf"), {true, false, 100, true}),
-	      static_transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf_static"), {true, true, 100}),
-	      odometry(participant, nav_msgs_msg_dds__Odometry__desc, named(flags.odometry), {false, false, 50}),
-	      clock(participant, rosgraph_msgs_msg_dds__Clock__desc, named("/clock"), {false, false, 1}),
-	      requests(participant, std_msgs_msg_dds__Empty__desc, named("d2s1r/localize"), {true, false, 1}),
-	      seeds(
-	          participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named(flags.seeds),
-	          {true, false, 1}),
-	      poses(
-	          participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named("d2s1r/pose"),
-	          {true, false, 10}),
-	      hypotheses(participant, geometry_msgs_msg_dds__PoseArray__desc, named("d2s1r/hypotheses"), {true, true, 1}),
-	      markers(participant, visualization_msgs_msg_dds__MarkerArray__desc, named("d2s1r/markers"), {true, true, 1}),
-	      diagnostics(
-	          participant, diagnostic_msgs_msg_dds__DiagnosticArray__desc, named("/diagnostics"), {true, false, 10}),
-	      waiter(participant)
-	{
-		for (const std::string& topic : flags.scans)
-			scans.emplace_back(
-			    participant,
-			    flags.settings.cloud_height ? sensor_msgs_msg_dds__PointCloud2__desc
-			                                : sensor_msgs_msg_dds__LaserScan__desc,
-			    named(topic), Quality{false, false, 5});
-		for (const std::string& topic : flags.trackers)
-			trackers.emplace_back(
-			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named(topic),
-			    Quality{false, false, 10});
-		if (flags.settings.track)
-		{
-			tracked_transforms.emplace(
-			    participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf"), Quality{true, false, 100});
-			suggestions.emplace(
-			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named(flags.seeds),
-			    Quality{true, false, 1, true});
-		}
-		for (const Endpoint* reader : readers()) waiter.add(*reader);
-	}
-
-	std::vector<Endpoint*> readers()
-	{
-		std::vector<Endpoint*> all = {&maps, &transforms, &static_transforms, &odometry, &clock, &requests};
-		for (auto& scan : scans) all.push_back(&scan);
-		for (auto& tracker : trackers) all.push_back(&tracker);
-		if (suggestions) all.push_back(&*suggestions);
-		return all;
-	}
-
-	std::vector<Endpoint*> writers()
-	{
-		std::vector<Endpoint*> all = {&seeds, &poses, &hypotheses, &markers, &diagnostics};
-		if (tracked_transforms) all.push_back(&*tracked_transforms);
-		return all;
-	}
-
-	std::deque<Reader> scans, trackers;
-	std::optional<Reader> suggestions;                                       // with --track
-	std::optional<Writer<tf2_msgs_msg_dds__TFMessage_>> tracked_transforms;  // with --track
-	Reader maps, transforms, static_transforms, odometry, clock, requests;
-	Writer<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> seeds, poses;
-	Writer<geometry_msgs_msg_dds__PoseArray_> hypotheses;
-	Writer<visualization_msgs_msg_dds__MarkerArray_> markers;
-	Writer<diagnostic_msgs_msg_dds__DiagnosticArray_> diagnostics;
-	Waiter waiter;
-};
-
-/// Lets lines through as fast as people read them: what a peer can make the program say must not fill a journal.
-class LineBudget
-{
-   public:
-	/// Returns the line, shortened if it is long, with how many were left out before it; empty if it is left out.
-	std::string pass(const std::string& line, SteadyTime now)
-	{
-		constexpr std::chrono::seconds kOneLine(10);
-		constexpr int kMostAtOnce = 30;
-		constexpr std::size_t kLongest = 400;  // [byte]
-		if (now - last_ > kMostAtOnce * kOneLine) last_ = now - kMostAtOnce * kOneLine;
-		if (last_ + kOneLine > now)
-		{
-			left_out_++;
-			return "";
-		}
-		last_ += kOneLine;
-		const std::string before =
-		    left_out_ > 0 ? "(" + std::to_string(left_out_) + " lines were left out before this one) " : "";
-		left_out_ = 0;
-		return before + (line.size() > kLongest ? line.substr(0, kLongest) + "..." : line);
-	}
-
-   private:
-	SteadyTime last_{};  //!< until which all lines are spent
-	int left_out_ = 0;
-};
 
 class Node
 {
@@ -237,7 +36,7 @@ class Node
 	      say_(std::move(say)),
 	      domain_(open_domain(flags.domain, flags.discovery.settings)),
 	      participant_(join_domain(flags.domain)),
-	      topics_(flags, participant_),
+	      topics_(flags, {participant_, flags.names}),
 	      publications_(participant_),
 	      graph_(participant_, flags.names.node, flags.names.space),
 	      live_(settings_of(flags, parameters))
@@ -279,7 +78,7 @@ class Node
 	void say(const std::string& line)
 	{
 		if (flags_.quiet) return;
-		if (const std::string passed = budget_.pass(line, steady_now()); !passed.empty()) say_(passed);
+		if (const std::string passed = budget_.pass(0, line, steady_now()); !passed.empty()) say_(passed);
 	}
 
 	Time now() const { return simulated_now_ ? *simulated_now_ : wall_clock(); }
@@ -300,13 +99,9 @@ class Node
 		    topics_.maps, ros::decode_occupancy_grid,
 		    [&](const ros::OccupancyGrid& map, PublisherId publisher) { live_.add_map(map, publisher); });
 		for (Reader& tracker : topics_.trackers)
-			take(
+			take_of_one(
 			    tracker, ros::decode_stamped_pose,
-			    [&](const ros::StampedPose& pose, PublisherId publisher)
-			    {
-				    rivals_.hear(tracker.topic(), publisher, steady_now());
-				    live_.add_tracker_pose(pose.header, pose.pose);
-			    });
+			    [&](const ros::StampedPose& pose) { live_.add_tracker_pose(pose.header, pose.pose); });
 		if (topics_.suggestions)
 			take(
 			    *topics_.suggestions, ros::decode_stamped_pose,
@@ -337,13 +132,9 @@ class Node
 			    check_tracked(topics_.transforms, transforms, publisher);
 			    live_.add_transforms(transforms, false);
 		    });
-		take(
+		take_of_one(
 		    topics_.odometry, ros::decode_odometry,
-		    [&](const ros::Odometry& odometry, PublisherId publisher)
-		    {
-			    rivals_.hear(topics_.odometry.topic(), publisher, steady_now());
-			    live_.add_odometry(odometry);
-		    });
+		    [&](const ros::Odometry& odometry) { live_.add_odometry(odometry); });
 	}
 
 	void check_tracked(const Reader& reader, const std::vector<ros::Transform>& transforms, PublisherId publisher) const
@@ -360,21 +151,32 @@ class Node
 	void take_scans(Reader& reader)
 	{
 		if (flags_.settings.cloud_height)
-			take(
+			take_of_one(
 			    reader, ros::decode_point_cloud,
-			    [&](const ros::PointCloud& cloud, PublisherId publisher)
+			    [&](const ros::PointCloud& cloud)
 			    {
-				    rivals_.hear(reader.topic(), publisher, steady_now());
 				    live_.add_cloud(reader.topic(), cloud);
 			    });
 		else
-			take(
+			take_of_one(
 			    reader, ros::decode_laser_scan,
-			    [&](const ros::LaserScan& scan, PublisherId publisher)
+			    [&](const ros::LaserScan& scan)
 			    {
-				    rivals_.hear(reader.topic(), publisher, steady_now());
 				    live_.add_scan(reader.topic(), scan);
 			    });
+	}
+
+	/// Takes messages of a topic that a robot has one publisher of.
+	template <typename Decode, typename Use>
+	void take_of_one(Reader& reader, const Decode& decode, const Use& use)
+	{
+		take(
+		    reader, decode,
+		    [&](const auto& message, PublisherId publisher)
+		    {
+			    rivals_.hear(reader.topic(), publisher, steady_now());
+			    use(message);
+		    });
 	}
 
 	/// Decodes what has come on a topic and hands it over, with the publisher if `use` asks for it. Messages that are
@@ -436,7 +238,9 @@ class Node
 		if (!topics_.tracked_transforms) return;
 		const auto tracked = live_.take_tracked();
 		if (!tracked) return;
-		topics_.tracked_transforms->write(transform_message(*tracked, kTolerance).message);
+		const auto message = transform_message(
+		    tracked->time + kTolerance, tracked->map_frame, tracked->odometry_frame, tracked->odometry);
+		topics_.tracked_transforms->write(message.message);
 		topics_.poses.write(
 		    pose_message(tracked->time, tracked->map_frame, tracked->robot, tracked->covariance).message);
 	}

@@ -4,16 +4,12 @@
 
 #include <mrpt/poses/CPose2D.h>
 
-#include <chrono>
-#include <cstdint>
-#include <map>
 #include <optional>
-#include <string>
+
+#include "line_budget.h"
 
 namespace d2s1r::live
 {
-using SteadyTime = std::chrono::steady_clock::time_point;
-
 /// Notices that two publishers speak of one thing by turns, which those of one robot do not do. A publisher that takes
 /// the place of one that has died is no rival of it.
 class Rivals

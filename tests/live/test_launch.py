@@ -85,7 +85,7 @@ def check_rviz(file, topics):
 
 def main():
     program, project = sys.argv[1], pathlib.Path(sys.argv[2])
-    sources = "".join((project / "apps/d2s1r-live" / name).read_text() for name in ("flags.h", "node.cpp"))
+    sources = "".join((project / "apps/d2s1r-live" / name).read_text() for name in ("flags.h", "topics.h"))
     check_launch(program, project / "share/d2s1r/launch/nav2.launch.py")
     check_rviz(project / "share/d2s1r/launch/d2s1r.rviz", sources)
 

@@ -91,7 +91,7 @@ TEST(Publications, ForgetWhatHasGone)
 			const Entity peer = join_domain(domain);
 			std::vector<AnyWriter> writers;
 			for (int i = 0; i < 500; i++)
-				writers.emplace_back(peer, std_msgs_msg_dds__Empty__desc, name(500 * round + i), Quality{});
+				writers.emplace_back(Place{peer}, std_msgs_msg_dds__Empty__desc, name(500 * round + i), Quality{});
 			EXPECT_EQ(wait_for(500), 500U);
 			EXPECT_EQ(publications.topics_of("std_msgs::msg::dds_::Empty_", name(500 * round)).size(), 499U);
 		}

@@ -1,10 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// The nodes of a simulated robot, as peers of d2s1r-live.
+// How a simulated robot drives, and how d2s1r-live and its tracker do meanwhile.
 #pragma once
 
-#include <optional>
+#include <cstdint>
 #include <string>
 
+#include "ros_arguments.h"
 #include "world.h"
 
 namespace d2s1r::drive
@@ -24,19 +25,9 @@ struct DriveSettings
 	double between_crashes = 0;                 //!< [s] of the tracker; 0: there is none
 	double until_return = 2;                    //!< [s] that a tracker takes to come back
 	std::uint32_t domain = 0;
-	std::string space;  //!< namespace of all topics; empty: the root
+	live::Names names;  //!< of all topics
 };
-
-/// Says how the program was called, so that the tracker can be started as a process of its own. \param argv of main()
-void set_words(char** argv);
-
-/// Returns whether this process is the tracker of another one.
-bool is_tracker();
 
 /// Drives, and returns a line that says how it went. \throws std::exception, UserError
 std::string drive(const DriveSettings& settings);
-
-/// Is the robot's tracker, which knows no map: it follows the odometry from the last pose that it was told. It runs
-/// until it is killed. \throws UserError
-[[noreturn]] void track(const DriveSettings& settings);
 }  // namespace d2s1r::drive
