@@ -156,7 +156,7 @@ class Node
 		live_.set_tracker_readers(static_cast<int>(seeds_.getNumSubscribers()), readers_ever_);
 		live_.set_odometry_publishers(static_cast<int>(odometry_.getNumPublishers()));
 		for (const ScanAnswer& answer : live_.update(to_time(::ros::Time::now()))) send(answer);
-		for (const std::string& line : live_.take_news()) ROS_INFO("%s", (said_ = line).c_str());
+		for (const auto& line : live_.take_news()) ROS_INFO("%s", (said_ = line.text).c_str());
 		const std::string summary = live_.status(to_time(::ros::Time::now())).summary;
 		if (summary != summary_ && summary != said_) ROS_INFO("%s", summary.c_str());
 		summary_ = summary;

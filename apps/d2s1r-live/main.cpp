@@ -14,6 +14,7 @@
 
 #include "dds.h"
 #include "flags.h"
+#include "line_budget.h"
 #include "node.h"
 
 namespace
@@ -71,15 +72,15 @@ class Console
 	/// Says a line of somebody who may repeat it for ever.
 	void say_seldom(const std::string& line)
 	{
-		constexpr int kMostLines = 100;
-		if (++seldom_ <= kMostLines)
-			say("DDS: " + line + (seldom_ == kMostLines ? " (the last line of this kind)" : ""));
+		const std::lock_guard lock(mutex_);
+		const std::string passed = of_dds_.pass(0, "DDS: " + line, std::chrono::steady_clock::now());
+		if (!passed.empty()) err_ << "d2s1r-live: " << passed << std::endl;
 	}
 
    private:
 	std::ostream out_, err_;
 	std::mutex mutex_;
-	std::atomic<int> seldom_{0};
+	LineBudget of_dds_;
 };
 
 int run(int argc, char** argv, Console& console)

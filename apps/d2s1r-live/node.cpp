@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <future>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -62,7 +63,7 @@ class Node
 		const bool is_due = steady_now() - told_at_ >= std::chrono::seconds(1);
 		if (is_due || status.summary != told_summary_) send(status);
 		if (is_due) once_a_second();
-		for (const std::string& line : live_.take_news()) say(line);
+		for (const NewsLine& line : live_.take_news()) say(line.text, line.peer);
 		say_if_stuck(status);
 	}
 
@@ -75,10 +76,11 @@ class Node
 		return settings;
 	}
 
-	void say(const std::string& line)
+	/// \param peer whose message gave rise to the line, or what of this program it is about
+	void say(const std::string& line, std::uint64_t peer = 0)
 	{
 		if (flags_.quiet) return;
-		if (const std::string passed = budget_.pass(0, line, steady_now()); !passed.empty()) say_(passed);
+		if (const std::string passed = budget_.pass(peer, line, steady_now()); !passed.empty()) say_(passed);
 	}
 
 	Time now() const { return simulated_now_ ? *simulated_now_ : wall_clock(); }
@@ -194,10 +196,11 @@ class Node
 			    }
 			    catch (const std::runtime_error& e)
 			    {
-				    if (damaged_.insert(reader.topic()).second)
-					    say(reader.topic() + ": a message is left out: " + one_line(e));
+				    if (std::exchange(damaged_[reader.topic()], publisher) != publisher)
+					    say(reader.topic() + ": a message is left out: " + one_line(e), publisher);
 				    return;
 			    }
+			    live_.hear(publisher);
 			    if constexpr (std::is_invocable_v<Use, decltype(*message), PublisherId>)
 				    use(*message, publisher);
 			    else
@@ -280,7 +283,7 @@ class Node
 				std::string line = endpoint->new_mismatch();
 				if (endpoint == &topics_.maps && !line.empty() && !flags_.volatile_map)
 					line += "; if it publishes once, start it after this program with --map-volatile";
-				if (!line.empty()) say(line);
+				if (!line.empty()) say(line, static_cast<std::uint64_t>(endpoint->entity()));
 			}
 	}
 
@@ -342,7 +345,7 @@ class Node
 	std::string hint_;  //!< on topics that may be meant
 	LiveLocalizer live_;
 	std::optional<Time> simulated_now_;  //!< of /clock
-	std::set<std::string> damaged_;      //!< topics
+	std::map<std::string, PublisherId> damaged_;  //!< who sent the last damaged message of a topic
 	std::string told_summary_;
 	SteadyTime told_at_{};
 	std::string stuck_by_;  //!< why the robot is not localized; empty if it is

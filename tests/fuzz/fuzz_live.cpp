@@ -92,7 +92,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 		}
 		for (const ScanAnswer& answer : live.update(now += kStep)) check(answer);
 		fuzz::require_one_line(live.status(now).summary);
-		for (const std::string& line : live.take_news()) fuzz::require_one_line(line);
+		for (const auto& line : live.take_news()) fuzz::require_one_line(line.text);
 	}
 	return 0;
 }

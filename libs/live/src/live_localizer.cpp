@@ -35,6 +35,11 @@ void LiveLocalizer::add_map(const ros::OccupancyGrid& map, PublisherId publisher
 	state_->maps.add(map, publisher);
 }
 
+void LiveLocalizer::hear(PublisherId publisher)
+{
+	state_->news.speaker = publisher;
+}
+
 void LiveLocalizer::set_map_publishers(const std::vector<PublisherId>& publishers)
 {
 	state_->maps.set_publishers(publishers);
@@ -66,7 +71,7 @@ void LiveLocalizer::add_tracker_pose(const ros::Header& header, const std::optio
 		state.news.tell(
 		    "tracker", "the tracker's pose is in '" + header.frame + "', which is not the map's frame: not used");
 	else
-		state.tracker.add(header.time, header.frame, mrpt::poses::CPose2D(*pose));
+		state.tracker.add(header.time, header.frame, mrpt::poses::CPose2D(*pose), state.news.speaker);
 }
 
 void LiveLocalizer::suggest(const ros::Header& header, const std::optional<mrpt::poses::CPose3D>& pose)
@@ -128,6 +133,7 @@ void LiveLocalizer::set_tracker_readers(int present, int ever)
 void LiveLocalizer::set_rivals(const std::string& reason)
 {
 	State& state = *state_;
+	hear(0);
 	state.news.tell("rivals", reason);
 	if (state.rivals.empty() != reason.empty())
 	{
@@ -140,12 +146,13 @@ void LiveLocalizer::set_rivals(const std::string& reason)
 
 void LiveLocalizer::add_scan(const std::string& topic, const ros::LaserScan& scan)
 {
-	add({topic, scan.header, scan, state_->clock.now()});
+	add({topic, scan.header, scan, state_->clock.now(), state_->news.speaker});
 }
 
 void LiveLocalizer::add_cloud(const std::string& topic, const ros::PointCloud& cloud)
 {
-	if (state_->settings.cloud_height) return add({topic, cloud.header, cloud, state_->clock.now()});
+	if (state_->settings.cloud_height)
+		return add({topic, cloud.header, cloud, state_->clock.now(), state_->news.speaker});
 	state_->news.tell(
 	    "cloud",
 	    topic + " has point clouds, which are not used: set a cloud height, the band whose points make a scan");
@@ -181,7 +188,6 @@ std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 		state.answered.clear(true);
 		state.seeder.start_again();
 		state.robot.forget_found_scans();
-		state.news.forget("found");
 	}
 	std::vector<ScanAnswer> answers;
 	if ((!state.maps.maps() || !state.rivals.empty()) && !state.waiting.empty())
@@ -198,6 +204,7 @@ std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 		const bool is_early = state.is_early(next);
 		if (!is_early && state.robot.must_wait(next, now - next.since, state.expects_odometry())) break;
 		const WaitingScan scan = state.waiting.take();
+		state.news.speaker = scan.publisher;
 		auto answer = is_early ? std::nullopt : state.answer(scan);
 		if (!answer) continue;
 		state.asked = false;
@@ -213,16 +220,9 @@ Seed LiveLocalizer::carried(const Seed& seed) const
 	return state_->carried(seed);
 }
 
-std::vector<std::string> LiveLocalizer::take_news()
+std::vector<NewsLine> LiveLocalizer::take_news()
 {
-	State& state = *state_;
-	std::vector<std::string> all;
-	for (std::vector<std::string>* part : {&state.maps.news, &state.news.lines, &state.seeder.news})
-	{
-		for (std::string& line : *part) all.push_back(printable(line));
-		part->clear();
-	}
-	return all;
+	return std::exchange(state_->news.lines, {});
 }
 
 bool LiveLocalizer::is_indexing() const

@@ -29,7 +29,8 @@ struct WaitingScan
 	std::string topic;
 	ros::Header header;
 	std::variant<ros::LaserScan, ros::PointCloud> scan;
-	Time since = 0;  //!< by the clock
+	Time since = 0;             //!< by the clock
+	PublisherId publisher = 0;  //!< of the scan
 
 	/// Returns how much memory [byte] it takes.
 	std::size_t weight() const;

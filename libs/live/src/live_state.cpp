@@ -19,13 +19,6 @@ constexpr double kStandsWithin = 0.05;            // [m] between localized scans
 constexpr double kStandsTurn = mrpt::DEG2RAD(3);  // [rad]
 }  // namespace
 
-void News::tell(const std::string& about, const std::string& line)
-{
-	std::string& before = told_[about];
-	if (before != line && !line.empty()) lines.push_back(printable(line));
-	before = line;
-}
-
 bool Clock::set(Time time)
 {
 	const bool ran_back = time < now_ - kStepBack;
@@ -66,10 +59,11 @@ WaitingScan WaitingScans::take()
 	return scan;
 }
 
-void TrackerInUse::add(Time time, const std::string& in, const CPose2D& pose)
+void TrackerInUse::add(Time time, const std::string& in, const CPose2D& pose, PublisherId by)
 {
 	if (frame != in) clear();
 	frame = in;
+	publisher = by;
 	poses.add(time, pose);
 }
 
@@ -109,7 +103,7 @@ bool AnsweredScans::stands() const
 void LiveLocalizer::State::clear_after_jump()
 {
 	if (answered.last || !waiting.empty() || robot.track().newest())
-		news.lines.emplace_back("the clock ran back: transforms, window and watch start again");
+		news.add("the clock ran back: transforms, window and watch start again");
 	robot.forget_moving();
 	answered.clear(false);
 	seeder.clear();
@@ -247,10 +241,26 @@ bool LiveLocalizer::State::calibrate(
 void LiveLocalizer::State::tell_suggestion()
 {
 	if (answered.follower->suggestion() == Suggestion::kTaken)
-		news.lines.emplace_back("the scans confirm the pose that somebody gave");
+		news.add("the scans confirm the pose that somebody gave");
 	else if (answered.follower->suggestion() == Suggestion::kRefused)
-		news.lines.emplace_back(
-		    "the scans do not allow the pose that somebody gave: the robot stays where it is tracked");
+		news.add("the scans do not allow the pose that somebody gave: the robot stays where it is tracked");
+}
+
+/// Says how far an answer is to be believed, and what follows from it for the robot's tracker.
+void LiveLocalizer::State::judge(ScanAnswer& given, const std::optional<CPose2D>& motion, bool is_read_anew)
+{
+	ros::Doubt doubt = robot.doubt();
+	if (is_read_anew) doubt.why = "from the next scan on, the laser is read as the drive shows";
+	ros::apply(doubt, given.localization);
+	given.frame = maps.frame_of(given.localization.hypotheses.empty() ? "" : given.localization.best().map);
+	if (answered.follower)
+		tell_suggestion();
+	else
+		judge_others(given, motion);
+	const Status status = given.localization.status;
+	silent_because = status == Status::kLocalized ? "" : given.localization.note;
+	if (status == Status::kAmbiguous)
+		silent_because = doubt.why.empty() ? "several places explain the scan" : doubt.why;
 }
 
 /// Judges the robot's tracker by a scan, and tells it where the robot is if that is due.
@@ -270,6 +280,7 @@ void LiveLocalizer::State::judge_others(ScanAnswer& given, const std::optional<C
 			answered.stood_at.pop_front();
 	}
 	given.seed = seeder.consider(
+	news.speaker = tracker.publisher;
 	    given, tracked, [&](const ScanAnswer& a, std::string& problem) { return make_seed(a, problem); });
 }
 
@@ -295,11 +306,10 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& scan)
 	if (!read)
 	{
 		silent_because = robot.no_transform_from(scan.header.frame);
-		news.tell("laser", silent_because);
+		news.tell("laser " + scan.topic, silent_because);
 		return std::nullopt;
 	}
-	news.tell("laser", read->unusable);
-	const PlacedObservation& here = read->placed;
+	news.tell("laser " + scan.topic, read->unusable);
 	if (settings.merge_lasers && read->unusable.empty())
 		lasers.add(scan.topic, scan.header.time, here.observation, read->robot, here.sweep);
 	if (scan.topic != robot.laser())

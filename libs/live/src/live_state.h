@@ -7,7 +7,6 @@
 #include <ros/monitor.h>
 
 #include <deque>
-#include <map>
 
 #include "live/live_localizer.h"
 #include "live_robot.h"
@@ -17,23 +16,6 @@
 namespace d2s1r::live
 {
 inline constexpr Time kStepBack = kSecond / 2;  //!< [ns] of a clock that ran back; less is that of messages
-
-/// Lines for people, each of which is told once.
-class News
-{
-   public:
-	/// Tells a line, unless it is what was told last about the same thing.
-	void tell(const std::string& about, const std::string& line);
-
-	/// Returns whether something was told about a thing.
-	bool has(const std::string& about) const { return told_.count(about) > 0; }
-	void forget(const std::string& about) { told_.erase(about); }
-
-	std::vector<std::string> lines;  //!< for the owner to take
-
-   private:
-	std::map<std::string, std::string> told_;  //!< last line by what it is about
-};
 
 /// The robot's clock, which a log that is played again sets back.
 class Clock
@@ -76,12 +58,13 @@ class WaitingScans
 /// What is told to the tracker, and what is known of it.
 struct TrackerInUse
 {
-	std::string frame;        //!< of its poses
-	ros::TrackerTrack poses;  //!< that came as messages
+	std::string frame;          //!< of its poses
+	ros::TrackerTrack poses;    //!< that came as messages
+	PublisherId publisher = 0;  //!< of these
 	int seed_readers = 0;
 
 	/// Takes a pose. \param in frame of it
-	void add(Time time, const std::string& in, const mrpt::poses::CPose2D& pose);
+	void add(Time time, const std::string& in, const mrpt::poses::CPose2D& pose, PublisherId by);
 	void clear() { poses = ros::TrackerTrack(); }
 
 	/// Returns the pose of the tracker at a time in a frame, and when it told that: by its messages, else by tf.
@@ -113,7 +96,11 @@ struct AnsweredScans
 struct LiveLocalizer::State
 {
 	explicit State(const LiveSettings& given)
-	    : settings(given), answered(settings), maps(settings), robot(settings), seeder(settings, answered.monitor)
+	    : settings(given),
+	      answered(settings),
+	      maps(settings, news),
+	      robot(settings),
+	      seeder(settings, answered.monitor, news)
 	{
 	}
 

@@ -75,7 +75,7 @@ void MapSlot::add(const ros::OccupancyGrid& map, PublisherId publisher)
 	{
 		if (!told_other_ && frame_of_map(map, settings_) == frame_)
 		{
-			news.push_back(
+			news_.add(
 			    "somebody publishes a map, too, in frame '" + frame_ +
 			    "', but is not used: make sure that both maps have the same origin, or give yours another frame");
 			told_other_ = true;
@@ -90,7 +90,7 @@ void MapSlot::add(const ros::OccupancyGrid& map, PublisherId publisher)
 	if (newest_ && publisher_ != publisher && is_present(publisher_))
 	{
 		if (!told_other_)
-			news.push_back(
+			news_.add(
 			    "a second publisher of maps has another one (" +
 			    mrpt::format("%u x %u cells of %.3g m", map.width, map.height, map.resolution) +
 			    "): the first one's is used until that is gone; stop one of them");
@@ -98,7 +98,7 @@ void MapSlot::add(const ros::OccupancyGrid& map, PublisherId publisher)
 		return;
 	}
 	if (maps_ && !told_change_)
-		news.push_back("another map came: the one before is used until it is indexed; later ones are not told");
+		news_.add("another map came: the one before is used until it is indexed; later ones are not told");
 	told_change_ = told_change_ || maps_;
 	told_other_ = false;
 	newest_ = std::make_shared<const ros::OccupancyGrid>(map);
@@ -157,7 +157,8 @@ bool MapSlot::poll()
 {
 	if (!building_.valid() || building_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
 	const Built built = building_.get();
-	if (!built.note.empty()) news.push_back(built.note);
+	news_.speaker = publisher_;
+	if (!built.note.empty()) news_.add(built.note);
 	if (newest_ != indexed_) start();
 	problem_ = built.maps ? "" : built.note;
 	if (!built.maps) return false;

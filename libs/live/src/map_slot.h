@@ -4,14 +4,14 @@
 
 #include <future>
 
-#include "live/live_localizer.h"
+#include "news.h"
 
 namespace d2s1r::live
 {
 class MapSlot
 {
    public:
-	explicit MapSlot(const LiveSettings& settings) : settings_(settings), frame_(settings.map_frame) {}
+	MapSlot(const LiveSettings& settings, News& news) : settings_(settings), news_(news), frame_(settings.map_frame) {}
 
 	void use(std::shared_ptr<const Atlas> maps);
 	void add(const ros::OccupancyGrid& map, PublisherId publisher);
@@ -36,7 +36,6 @@ class MapSlot
 	const std::string& description() const { return description_; }  //!< for people; empty without a map
 	const std::string& problem() const { return problem_; }          //!< why the newest map is not used; else empty
 	int built() const { return built_; }
-	std::vector<std::string> news;  //!< for the owner to take
 
    private:
 	/// What became of a map.
@@ -52,6 +51,7 @@ class MapSlot
 	static Built build(const ros::OccupancyGrid& map, const LiveSettings& settings);
 
 	const LiveSettings& settings_;
+	News& news_;
 	std::shared_ptr<const Atlas> maps_;
 	std::shared_ptr<const ros::OccupancyGrid> newest_;   //!< that came and was not refused; null: none
 	std::shared_ptr<const ros::OccupancyGrid> indexed_;  //!< in `building_`, or there last

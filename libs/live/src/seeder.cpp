@@ -62,7 +62,7 @@ bool Seeder::check_outstanding(
 	const bool is_news = tracker && tracker->first > outstanding_->time;
 	if (is_news && monitor_.are_near(tracker->second, answer.localization.best().pose))
 	{
-		news.push_back(mrpt::format("the tracker took the pose, after %d seed%s", attempts_, attempts_ > 1 ? "s" : ""));
+		news_.add(mrpt::format("the tracker took the pose, after %d seed%s", attempts_, attempts_ > 1 ? "s" : ""));
 		outstanding_.reset();
 		attempts_ = 0;
 		gave_up_ = false;
@@ -78,7 +78,7 @@ bool Seeder::check_outstanding(
 	               : mrpt::format(
 	                     "the tracker was told %d times where the robot is, and no pose of it says that it took it",
 	                     attempts_);
-	news.push_back(problem_);
+	news_.add(problem_);
 	gave_up_ = true;
 	outstanding_.reset();
 	attempts_ = 0;
@@ -129,7 +129,7 @@ std::optional<Seed> Seeder::consider(
 	outstanding_ = seed;
 	since_ = answer.time;
 	sent_++;
-	news.push_back(mrpt::format(
+	news_.add(mrpt::format(
 	    "told the tracker: x %.3f, y %.3f m, yaw %.1f deg in '%s', confidence %.3f%s", seed->pose.x(), seed->pose.y(),
 	    mrpt::RAD2DEG(seed->pose.phi()), seed->frame.c_str(), answer.localization.confidence,
 	    again ? mrpt::format(", repetition %d", attempts_ - 1).c_str() : ""));

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "live/live_localizer.h"
+#include "news.h"
 
 namespace d2s1r::live
 {
@@ -14,7 +14,10 @@ class Seeder
 	/// Makes a seed of an answer, or says in `problem` why it must not.
 	using Make = std::function<std::optional<Seed>(const ScanAnswer& answer, std::string& problem)>;
 
-	Seeder(const LiveSettings& settings, const TrackerMonitor& monitor) : settings_(settings), monitor_(monitor) {}
+	Seeder(const LiveSettings& settings, const TrackerMonitor& monitor, News& news)
+	    : settings_(settings), monitor_(monitor), news_(news)
+	{
+	}
 
 	/// Says how many readers of seeds there are, and have been.
 	/// \return whether one has come or gone, so that what the tracker said before may be that of a dead one
@@ -41,7 +44,6 @@ class Seeder
 	const std::string& waiting() const { return waiting_; }  //!< why there is no seed yet; else empty
 	int sent() const { return sent_; }                       //!< [-] seeds so far
 	bool is_satisfied() const { return satisfied_ >= ever_ && !outstanding_; }
-	std::vector<std::string> news;  //!< for the owner to take
 
    private:
 	bool check_outstanding(
@@ -50,6 +52,7 @@ class Seeder
 
 	const LiveSettings& settings_;
 	const TrackerMonitor& monitor_;
+	News& news_;
 	int present_ = 0;
 	int ever_ = 0;
 	int satisfied_ = 0;              //!< [-] of the readers that ever were: these need no first seed

@@ -59,7 +59,7 @@ struct Drive
 			if (answer.seed && takes_seeds) tracker.take(*answer.seed, robot.odometry);
 			last = std::move(answer);
 		}
-		for (const std::string& line : live.take_news()) news.push_back(line);
+		for (const NewsLine& line : live.take_news()) news.push_back(line.text);
 		return last;
 	}
 

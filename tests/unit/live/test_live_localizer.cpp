@@ -280,6 +280,94 @@ TEST(LiveLocalizer, CarriesASeedByTheOdometryThatCameMeanwhile)
 	EXPECT_LT(std::abs(mrpt::math::angDistance(carried.pose.phi(), drive.robot.pose.phi())), 0.05);
 }
 
+/// Somebody has a wrong clock for a moment.
+TEST(LiveLocalizer, AMessageOfTheFutureDoesNotCountForEver)
+{
+	for (const bool is_message : {true, false})
+	{
+		Drive drive;
+		drive.begin();
+		drive.steps(20);
+		ASSERT_EQ(drive.seeds.size(), 1U);
+		const Time future = drive.robot.time + 3600 * kSecond;
+		const auto odometry = transform_of(future, "odom", "base_link", mrpt::poses::CPose3D());
+		if (is_message)
+			drive.live.add_odometry({odometry, {}});
+		else
+			drive.live.add_transforms({odometry}, false);
+		for (int i = 0; i < 1000; i++) drive.live.add_tracker_pose({future + i, "map"}, mrpt::poses::CPose3D(9, 9, 0));
+		drive.steps(20);
+		EXPECT_EQ(drive.seeds.size(), 1U);
+		EXPECT_EQ(drive.summary(), "localized, and the tracker fits");
+		drive.live.request();
+		drive.step();
+		ASSERT_EQ(drive.seeds.size(), 2U);
+		EXPECT_EQ(drive.seeds.back().first.time, drive.robot.time) << is_message;
+		EXPECT_LT(distance_between(drive.seeds.back().first.pose, drive.robot.pose), 0.1);
+	}
+}
+
+/// More than are kept, by peers that have gone since.
+TEST(LiveLocalizer, FindsTheRobotAmongAnyNumberOfFrames)
+{
+	Drive drive;
+	drive.add_map(drive.grid);
+	drive.live.set_tracker_readers(1, 1);
+	int named = 0;
+	const auto tell_others = [&](PublisherId publisher, int count, bool are_static)
+	{
+		std::vector<ros::Transform> others;
+		for (int i = 0; i < count; i++, named++)
+			others.push_back(transform_of(drive.robot.time, "f", "f" + std::to_string(named), {1, 2, 3, 0, 0, 0}));
+		drive.live.hear(publisher);
+		drive.live.add_transforms(others, are_static);
+		drive.live.hear(1);
+	};
+	ros::LaserScan scan = drive.robot.scan();
+	for (int i = 0; i < 12'000; i++)
+	{
+		scan.header.frame = "frame" + std::to_string(i);
+		scan.ranges.resize(1);
+		drive.live.add_scan("/scan", scan);
+		if (i % 1000 == 0) drive.update(drive.robot.time += kSecond);
+	}
+	drive.update(drive.robot.time += kSecond);
+	for (PublisherId peer = 10; peer < 30; peer++) tell_others(peer, 1000, peer % 2 == 0);
+	drive.live.add_transforms(drive.robot.laser_transform(), true);
+	drive.steps(10);
+	ASSERT_EQ(drive.seeds.size(), 1U) << drive.summary();
+	tell_others(40, 20'000, true);
+	for (int i = 0; i < 5; i++)
+	{
+		tell_others(40, 1000, i % 2 == 0);
+		EXPECT_TRUE(drive.step()) << "one peer cannot fill the room";
+	}
+	for (PublisherId peer = 50; peer < 70; peer++) tell_others(peer, 1000, peer % 2 == 0);
+	drive.steps(20);
+	EXPECT_EQ(drive.summary(), "localized, and the tracker fits");
+}
+
+TEST(LiveLocalizer, TellsWhoseMessageALineIsAbout)
+{
+	Drive drive;
+	drive.begin();
+	drive.live.hear(7);
+	drive.live.add_tracker_pose({drive.robot.time, "other"}, mrpt::poses::CPose3D());
+	drive.live.hear(8);
+	ros::LaserScan scan = drive.robot.scan();
+	scan.header.frame = "nowhere";
+	drive.live.add_scan("/scan", scan);
+	drive.live.hear(9);
+	drive.live.update(drive.robot.time);
+	drive.live.update(drive.robot.time + kSecond);
+	const auto lines = drive.live.take_news();
+	ASSERT_EQ(lines.size(), 2U);
+	EXPECT_EQ(lines[0].text.find("the tracker's pose is in 'other'"), 0U);
+	EXPECT_EQ(lines[0].peer, 7U);
+	EXPECT_EQ(lines[1].text.find("no transform from the laser's frame 'nowhere'"), 0U);
+	EXPECT_EQ(lines[1].peer, 8U);
+}
+
 TEST(LiveLocalizer, SeedsATrackerThatStartsLater)
 {
 	Drive drive;

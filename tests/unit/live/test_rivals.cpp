@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "dds.h"
+#include "line_budget.h"
 #include "rivals.h"
 #include "ros.h"
 
@@ -53,6 +54,45 @@ TEST(Rivals, TwoThatSayTheSameAreNone)
 	}
 	EXPECT_EQ(same.thing(after(2)), "");
 	EXPECT_EQ(other.thing(after(2)), "base_link");
+}
+
+TEST(Rivals, AreNoticedAmongAnyNumberOfThings)
+{
+	Rivals rivals;
+	for (int i = 0; i < 5; i++)
+	{
+		rivals.hear("/scan", static_cast<std::uint64_t>(1 + i % 2), after(0.1 * i));
+		for (int k = 0; k < 150; k++) rivals.hear("f" + std::to_string(150 * i + k), 3, after(0.1 * i));
+	}
+	EXPECT_EQ(rivals.thing(after(0.5)), "/scan");
+}
+
+TEST(LineBudget, IsThatOfEachPeer)
+{
+	LineBudget budget;
+	const std::string line(1000, 'x');
+	int lines = 0, bytes = 0;
+	for (int i = 0; i < 10'000; i++)
+	{
+		const std::string passed = budget.pass(1, line, after(0.01 * i));
+		lines += passed.empty() ? 0 : 1;
+		bytes += static_cast<int>(passed.size());
+	}
+	EXPECT_EQ(lines, 39) << "30 at once, and one each 10 s";
+	EXPECT_LT(bytes, 20'000);
+	EXPECT_EQ(budget.pass(2, "of another one", after(100)), "of another one");
+	const std::string last = budget.pass(1, "of the first one", after(200));
+	EXPECT_EQ(last, "(999 lines were left out before this one) of the first one");
+}
+
+TEST(LineBudget, IsThatOfAllPeersTogether)
+{
+	LineBudget budget;
+	int lines = 0;
+	for (int i = 0; i < 10'000; i++)
+		lines += budget.pass(static_cast<std::uint64_t>(i), "line", after(0.01 * i)).empty() ? 0 : 1;
+	EXPECT_LE(lines, 400) << "300 at once, and one each second";
+	EXPECT_GE(lines, 300);
 }
 
 TEST(TrackerCount, TellsTwoTrackersFromOneThatWasStartedAgain)

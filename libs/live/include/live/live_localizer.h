@@ -109,6 +109,13 @@ struct LiveStatus
 	std::vector<std::pair<std::string, std::string>> values;  //!< name and value, for people
 };
 
+/// Tells people something.
+struct NewsLine
+{
+	std::string text;
+	PublisherId peer = 0;  //!< whose message gave rise to it, see LiveLocalizer::hear(); 0: nobody's
+};
+
 struct WaitingScan;
 
 /// Finds a running robot in a map and tells its tracker, and notices when the tracker is lost. It knows no middleware
@@ -137,6 +144,9 @@ class LiveLocalizer
 	/// that come meanwhile, the newest is next. While the publisher of the newest map is there, that of another one is
 	/// told and not used.
 	void add_map(const ros::OccupancyGrid& map, PublisherId publisher);
+
+	/// Says whose messages come from now on.
+	void hear(PublisherId publisher);
 
 	/// Says which publishers of maps there are now.
 	void set_map_publishers(const std::vector<PublisherId>& publishers);
@@ -196,7 +206,7 @@ class LiveLocalizer
 	LiveStatus status(Time now) const;
 
 	/// Returns what people should know and was not returned before, a line each.
-	std::vector<std::string> take_news();
+	std::vector<NewsLine> take_news();
 
 	/// Returns whether an index is being built.
 	bool is_indexing() const;
