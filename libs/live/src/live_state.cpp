@@ -164,37 +164,40 @@ std::optional<CPose2D> LiveLocalizer::State::motion_to(const std::optional<CPose
 	return motion && is_plausible(*motion) ? motion : std::nullopt;
 }
 
-/// Localizes a scan, and judges the tracker by it if there is another one.
-void LiveLocalizer::State::localize(ScanAnswer& given, const WaitingScan& scan, const ReadScan& read)
+/// Localizes a scan of the laser in use, with those before it.
+ScanAnswer LiveLocalizer::State::localize(
+    const WaitingScan& scan, const ReadScan& read, const std::optional<CPose2D>& motion)
 {
 	const Atlas& atlas = *maps.maps();
-	const auto motion = motion_to(read.robot);
+	const ScanParameters& parameters = atlas.maps().front().localizer->parameters().scan;
+	const auto merged = settings.merge_lasers ? lasers.with(scan.topic) : std::vector<PlacedObservation>();
+	ScanAnswer given;
+	given.time = scan.header.time;
+	if (!read.unusable.empty())
+		given.scan.invalid_because = read.unusable;
+	else
+		given.scan = merged.empty() ? make_scan(*read.placed.observation, parameters, read.placed.sweep)
+		                            : merge_scans(merged, parameters);
 	auto& follower = answered.follower;
+	auto& window = answered.window;
 	if (settings.track && !follower) follower.emplace(atlas);
 	given.localization = follower ? follower->add(seconds(given.time), given.scan, motion) : atlas.localize(given.scan);
-	const auto alone = follower || settings.merge_lasers ? std::nullopt : std::optional(given.localization);
+	if (settings.window == 1 || follower) return given;
+	if (!window) window.emplace(atlas, settings.window);
+	given.localization = window->add(given.scan, given.localization, motion);
+	return given;
+}
+
+/// Says what the odometry is like, if that is news.
+void LiveLocalizer::State::tell_odometry(Time scan)
+{
 	news.tell("odometry", robot.track().description());
-	if (robot.has_other_clock(given.time) && !news.has("clock"))
+	if (robot.has_other_clock(scan) && !news.has("clock"))
 		news.tell(
 		    "clock", mrpt::format(
 		                 "the times of the odometry are %.0f s off those of the scans, as by another clock: it is not "
 		                 "used, and poses and seeds have the times of the scans",
-		                 seconds(*robot.track().newest() - given.time)));
-	if (settings.window > 1 && !follower)
-	{
-		if (!answered.window) answered.window.emplace(atlas, settings.window);
-		given.localization = answered.window->add(given.scan, given.localization, motion);
-	}
-	const bool is_read_anew = calibrate(scan, read, alone, settings.merge_lasers ? nullptr : &given.localization);
-	ros::Doubt doubt = robot.doubt();
-	if (is_read_anew) doubt.why = "from the next scan on, the laser is read as the drive shows";
-	ros::apply(doubt, given.localization);
-	given.frame = maps.frame_of(given.localization.hypotheses.empty() ? "" : given.localization.best().map);
-	if (follower)
-		tell_suggestion();
-	else
-		judge_others(given, motion);
-	if (is_read_anew) read_anew();
+		                 seconds(*robot.track().newest() - scan)));
 }
 
 /// Forgets what rests on scans as they were read before.
@@ -206,10 +209,8 @@ void LiveLocalizer::State::read_anew()
 }
 
 /// Lets a scan calibrate its laser. Returns whether its scans are read differently from now on.
-/// \param alone what the scan says alone; no value: it was not asked
-/// \param together what it says with the scans before it; null: with other lasers
-bool LiveLocalizer::State::calibrate(
-    const WaitingScan& scan, const ReadScan& read, std::optional<Localization> alone, const Localization* together)
+/// \param together what it says with the scans of its laser before it; null: that is not known
+bool LiveLocalizer::State::calibrate(const WaitingScan& scan, const ReadScan& read, const Localization* together)
 {
 	const Atlas& atlas = *maps.maps();
 	const Parameters& parameters = atlas.maps().front().localizer->parameters();
@@ -220,9 +221,9 @@ bool LiveLocalizer::State::calibrate(
 	if (!recorded) return false;
 	const auto localize = [&](const RangeScan& observation, const Sweep& motion)
 	{ return atlas.localize(make_scan(observation, parameters.scan, motion)); };
-	if (!alone) alone = localize(*read.placed.observation, read.placed.sweep);
+	const Localization alone = localize(*read.placed.observation, read.placed.sweep);
 	// A window finds more scans than one alone, but by the motions that are in question.
-	const Localization& found = alone->status == Status::kLocalized || !together ? *alone : *together;
+	const Localization& found = alone.status == Status::kLocalized || !together ? alone : *together;
 	bool is_other = false;
 	if (found.status == Status::kLocalized)
 	{
@@ -279,8 +280,8 @@ void LiveLocalizer::State::judge_others(ScanAnswer& given, const std::optional<C
 		while (answered.stood_at.size() > static_cast<std::size_t>(std::max(settings.watch.scans, 2)))
 			answered.stood_at.pop_front();
 	}
-	given.seed = seeder.consider(
 	news.speaker = tracker.publisher;
+	given.seed = seeder.consider(
 	    given, tracked, [&](const ScanAnswer& a, std::string& problem) { return make_seed(a, problem); });
 }
 
@@ -311,28 +312,22 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& scan)
 	}
 	news.tell("laser " + scan.topic, read->unusable);
 	if (settings.merge_lasers && read->unusable.empty())
-		lasers.add(scan.topic, scan.header.time, here.observation, read->robot, here.sweep);
-	if (scan.topic != robot.laser())
+		lasers.add(scan.topic, scan.header.time, read->placed.observation, read->robot, read->placed.sweep);
+	const bool is_in_use = scan.topic == robot.laser();
+	std::optional<CPose2D> motion;
+	std::optional<ScanAnswer> given;
+	if (is_in_use)
 	{
-		if (calibrate(scan, *read, std::nullopt, nullptr)) read_anew();
-		return std::nullopt;
+		if (std::exchange(robot_frame, robot.frame()) != robot.frame() && answered.last) answered.clear(true);
+		if (read->unusable.empty() && !news.has("found")) tell_found(scan);
+		motion = motion_to(read->robot);
+		given = localize(scan, *read, motion);
+		tell_odometry(given->time);
 	}
-	if (std::exchange(robot_frame, robot.frame()) != robot.frame() && answered.last) answered.clear(true);
-	if (read->unusable.empty() && !news.has("found")) tell_found(scan);
-	const ScanParameters& parameters = maps.maps()->maps().front().localizer->parameters().scan;
-	const auto merged = settings.merge_lasers ? lasers.with(scan.topic) : std::vector<PlacedObservation>();
-	ScanAnswer given;
-	given.time = scan.header.time;
-	if (!read->unusable.empty())
-		given.scan.invalid_because = read->unusable;
-	else
-		given.scan =
-		    merged.empty() ? make_scan(*here.observation, parameters, here.sweep) : merge_scans(merged, parameters);
-	localize(given, scan, *read);
-	const Status status = given.localization.status;
-	silent_because = status == Status::kLocalized ? "" : given.localization.note;
-	if (status == Status::kAmbiguous)
-		silent_because = robot.doubt().why.empty() ? "several places explain the scan" : robot.doubt().why;
+	const bool is_read_anew =
+	    calibrate(scan, *read, is_in_use && !settings.merge_lasers ? &given->localization : nullptr);
+	if (given) judge(*given, motion, is_read_anew);
+	if (is_read_anew) read_anew();
 	return given;
 }
 }  // namespace d2s1r::live

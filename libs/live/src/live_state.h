@@ -125,9 +125,11 @@ struct LiveLocalizer::State
 	bool is_early(const WaitingScan& scan) const;
 	std::optional<ScanAnswer> answer(const WaitingScan& scan);
 	std::optional<mrpt::poses::CPose2D> motion_to(const std::optional<mrpt::poses::CPose2D>& now);
-	void localize(ScanAnswer& answer, const WaitingScan& scan, const ReadScan& read);
-	bool calibrate(
-	    const WaitingScan& scan, const ReadScan& read, std::optional<Localization> alone, const Localization* together);
+	ScanAnswer localize(
+	    const WaitingScan& scan, const ReadScan& read, const std::optional<mrpt::poses::CPose2D>& motion);
+	void tell_odometry(Time scan);
+	bool calibrate(const WaitingScan& scan, const ReadScan& read, const Localization* together);
+	void judge(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion, bool is_read_anew);
 	void judge_others(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion);
 	void read_anew();
 	void tell_suggestion();
