@@ -216,9 +216,10 @@ bool LiveRobot::must_wait(const WaitingScan& scan, Time waited, bool expects_odo
 		const auto path = robot().frame.empty() ? std::nullopt : links_->of("").placement(scan.header.frame, robot_);
 		return waited < (path ? ros::kLongestWaitForTransforms : kWaitForFrames);
 	}
-	const double last_beam = sweep_time_of(scan).span().second;  // [s]
-	const Time end = scan.header.time + static_cast<Time>(1e9 * last_beam);
-	return expects_odometry && !has_other_clock(scan.header.time) && !track_.is_known_beforehand(end) &&
+	// No beam was taken after the scan had come, whatever its message says.
+	const Time stamp = scan.header.time, last_beam = stamp + static_cast<Time>(1e9 * sweep_time_of(scan).span().second);
+	const Time end = std::max(stamp, std::min(last_beam, scan.since));
+	return expects_odometry && !has_other_clock(stamp) && !track_.is_known_beforehand(end) &&
 	       track_.must_wait(end, waited);
 }
 
