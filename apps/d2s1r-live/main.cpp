@@ -39,8 +39,9 @@ void catch_signals()
 {
 	timer_create(CLOCK_MONOTONIC, nullptr, &last_moment);  // which sends SIGALRM
 	std::signal(SIGALRM, [](int) { _exit(kDone); });
-	for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-		if (std::signal(signal, SIG_IGN) != SIG_IGN) std::signal(signal, note_signal);
+	// Scripts start programs in the background that ignore SIGINT, which nodes of ROS obey all the same.
+	for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, note_signal);
+	if (std::signal(SIGHUP, SIG_IGN) != SIG_IGN) std::signal(SIGHUP, note_signal);  // not if nohup started it
 	std::signal(SIGPIPE, SIG_IGN);
 }
 
