@@ -63,8 +63,11 @@ double distance_between(const std::vector<TPoint2D>& points, const TPose2D& moti
 void RobotTrack::add(OdometrySource source, Time time, const CPose2D& robot)
 {
 	Readings& readings = sources_[static_cast<std::size_t>(source)];
-	if (!readings.empty() && time < readings.front().first) readings.clear();
-	if (time <= 0 || (!readings.empty() && time <= readings.back().first)) return;
+	if (time <= 0) return;
+	const bool is_set_back =
+	    !readings.empty() && (time < readings.front().first || time < readings.back().first - kKept);
+	while (is_set_back && !readings.empty() && readings.back().first >= time) readings.pop_back();
+	if (!readings.empty() && time <= readings.back().first) return;
 	readings.emplace_back(time, robot.asTPose());
 	const auto is_enough = [&] { return readings.front().first < time - kKept && readings.size() > kFewestReadings; };
 	while (readings.size() > kMostReadings || is_enough()) readings.pop_front();
@@ -197,6 +200,7 @@ std::string RobotTrack::description() const
 void TrackerTrack::add(Time time, const CPose2D& robot)
 {
 	constexpr std::size_t kMost = 1000;
+	told_.erase(told_.upper_bound(time + kKept), told_.end());  // of a clock that was set back
 	told_[time] = robot.asTPose();
 	if (told_.size() > kMost) told_.erase(told_.begin());
 }

@@ -43,7 +43,8 @@ class RobotTrack
 {
    public:
 	/// Takes a reading, unless it has no time or is not later than the last one of its source. If it is before all of
-	/// these, the clock was set back: they are forgotten. \param robot in the frame of the odometry
+	/// these, or more than 10 s before the last one, the clock was set back: those after it are forgotten.
+	/// \param robot in the frame of the odometry
 	void add(OdometrySource source, Time time, const mrpt::poses::CPose2D& robot);
 
 	/// Returns where the robot was.
