@@ -50,7 +50,7 @@ void LiveLocalizer::add_transforms(const std::vector<ros::Transform>& transforms
 	std::vector<ros::Transform> taken;
 	for (const auto& transform : transforms)
 		if (are_static || !state_->clock.is_from_before(transform.header.time)) taken.push_back(transform);
-	state_->robot.add_transforms(taken, are_static);
+	state_->robot.add_transforms(taken, are_static, state_->news.speaker);
 }
 
 void LiveLocalizer::add_odometry(const ros::Odometry& odometry)

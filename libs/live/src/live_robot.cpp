@@ -24,17 +24,43 @@ std::size_t WaitingScan::weight() const
 	return kOfAll + std::get<ros::LaserScan>(scan).ranges.size() * sizeof(float);
 }
 
-void LiveRobot::add_transforms(const std::vector<ros::Transform>& transforms, bool are_static)
+void LiveRobot::add_transforms(const std::vector<ros::Transform>& transforms, bool are_static, PublisherId publisher)
 {
-	constexpr std::size_t kMostTold = 10'000;
-	topics_.add_transforms(kMoving, transforms, are_static);
+	constexpr std::size_t kMostTold = 10'000, kMostOfOne = 1000, kMostPublishers = 1000;
+	if (frames_of_.size() > kMostPublishers) frames_of_.clear();
 	for (const ros::Transform& transform : transforms)
 	{
+		make_room();
+		std::set<std::string>& known = frames_of_[publisher];
+		if (known.size() >= kMostOfOne && known.count(transform.child) == 0) continue;
+		known.insert(transform.child);
+		topics_.add_transforms(kMoving, {transform}, are_static);
 		frames_.add(transform, are_static);
 		if (!are_static) told_.emplace_back(transform.child, transform.header.time);
 	}
 	while (told_.size() > kMostTold) told_.pop_front();
 	if (!laser_.empty()) follow();
+}
+
+/// Makes room if peers that may have gone have left too many frames: keeps those of robots whose scans come.
+void LiveRobot::make_room()
+{
+	if (topics_.has_room() && frames_.has_room()) return;
+	std::set<std::string> used;
+	robot();
+	for (std::size_t i = 0; links_ && i < topics_.lasers.size(); i++)
+	{
+		const ros::Robot of_laser = ros::find_robot(topics_.lasers[i], topics_, *links_, settings_.robot_frame);
+		for (const std::string& frame : {of_laser.laser_frame, of_laser.frame})
+		{
+			used.insert(frame);
+			for (const std::string& above : links_->of("").ancestors(frame)) used.insert(above);
+		}
+	}
+	links_.reset();  // it refers to the topics
+	topics_.keep_only(used);
+	frames_.keep_only(used);
+	frames_of_.clear();
 }
 
 void LiveRobot::add_odometry(const ros::Odometry& odometry)
@@ -65,6 +91,7 @@ void LiveRobot::look_at(const WaitingScan& scan)
 	if (laser_.empty()) laser_ = scan.topic;
 	ros::LaserTopic* const laser = topics_.laser(scan.topic);
 	if (!laser) return;
+	make_room();
 	topics_.count(*laser, scan.header.frame);
 	if (scan.topic == laser_) follow();
 }

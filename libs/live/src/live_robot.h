@@ -53,7 +53,8 @@ class LiveRobot
 	{
 	}
 
-	void add_transforms(const std::vector<ros::Transform>& transforms, bool are_static);
+	/// Takes transforms of a publisher, of 1,000 frames at most: a robot has less than a hundred.
+	void add_transforms(const std::vector<ros::Transform>& transforms, bool are_static, PublisherId publisher);
 	void add_odometry(const ros::Odometry& odometry);
 
 	/// Takes the header and the fields of a scan. The first topic is that of the laser in use.
@@ -112,6 +113,7 @@ class LiveRobot
 
    private:
 	const ros::Robot& robot();
+	void make_room();
 	void follow();
 	ros::SweepTime sweep_time_of(const WaitingScan& scan);
 	ros::CloudScan seen_by(
@@ -128,6 +130,7 @@ class LiveRobot
 	ros::Frames frames_;
 	ros::RobotTrack track_;
 	ros::CarriedOdometry carried_;
+	std::map<PublisherId, std::set<std::string>> frames_of_;
 	std::deque<std::pair<std::string, Time>> told_;  //!< frames that moved, whose poses may be readings of the odometry
 	std::deque<ros::Odometry> early_;                //!< that came before the robot was known
 	std::string laser_;

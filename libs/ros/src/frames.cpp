@@ -166,4 +166,17 @@ void Frames::forget_moving()
 	buffer_->forget_moving();
 }
 
+bool Frames::has_room() const
+{
+	return buffer_->frames + 2 <= kMostFrames;
+}
+
+void Frames::keep_only(const std::set<std::string>& frames)
+{
+	auto& statics = buffer_->statics;
+	for (auto at = statics.begin(); at != statics.end();)
+		at = frames.count(at->first) > 0 ? std::next(at) : statics.erase(at);
+	buffer_->forget_moving();
+	buffer_->frames = 2 * statics.size();
+}
 }  // namespace d2s1r::ros

@@ -212,6 +212,24 @@ void RobotTopics::count(LaserTopic& laser, const std::string& frame)
 		changes++, laser.frames.emplace(frame, 1);
 }
 
+bool RobotTopics::has_room() const
+{
+	return links_ < kMostLinks && frames_ < kMostFramesOfLasers;
+}
+
+void RobotTopics::keep_only(const std::set<std::string>& frames)
+{
+	const auto keep = [&](auto& all)
+	{
+		for (auto at = all.begin(); at != all.end();) at = frames.count(at->first) > 0 ? std::next(at) : all.erase(at);
+		return all.size();
+	};
+	links_ = frames_ = 0;
+	for (auto& [name, links] : transforms) links_ += keep(links);
+	for (LaserTopic& laser : lasers) frames_ += keep(laser.frames);
+	changes++;
+}
+
 void RobotTopics::add_transforms(const std::string& topic, const std::vector<Transform>& all, bool are_static)
 {
 	const std::string name = namespace_of(topic);

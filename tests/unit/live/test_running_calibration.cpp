@@ -165,8 +165,8 @@ TEST(LiveRobot, TakesTheGivenSweepForMergedLasersToo)
 	SimulatedRobot simulated;
 	simulated.world = world_of(make_floor());
 	simulated.pose = CPose2D(poses_on_floor().at(4));
-	robot.add_transforms(simulated.laser_transform(), true);
-	robot.add_transforms(simulated.odometry_transform(), false);
+	robot.add_transforms(simulated.laser_transform(), true, 1);
+	robot.add_transforms(simulated.odometry_transform(), false, 1);
 	for (const char* topic : {"/scan", "/other_scan"})
 	{
 		const ros::LaserScan scan = simulated.scan();

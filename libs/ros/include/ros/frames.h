@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "ros/messages.h"
@@ -45,6 +46,12 @@ class Frames
 
 	/// Forgets all but static transforms.
 	void forget_moving();
+
+	/// Returns whether there is room for another transform.
+	bool has_room() const;
+
+	/// Forgets all but the static transforms of these frames.
+	void keep_only(const std::set<std::string>& frames);
 
    private:
 	struct Buffer;

@@ -70,6 +70,12 @@ struct RobotTopics
 	/// Takes the transforms of a message. \param topic whose namespace they are in
 	void add_transforms(const std::string& topic, const std::vector<Transform>& all, bool are_static);
 
+	/// Returns whether there is room for another frame.
+	bool has_room() const;
+
+	/// Forgets all other frames than these.
+	void keep_only(const std::set<std::string>& frames);
+
 	std::vector<LaserTopic> lasers;           //!< in order of appearance, at most 250
 	std::vector<OdometryTopic> odometries;    //!< in order of appearance, at most 250
 	std::map<std::string, Links> transforms;  //!< by the namespace of their topic, see namespace_of()
