@@ -135,6 +135,16 @@ ParticipantKey key_of(const dds_guid_t& guid)
 	std::copy(std::begin(guid.v), std::end(guid.v), key.begin());
 	return key;
 }
+
+/// Returns all peers of a reader or writer, by the function that tells some of them and how many they are.
+template <typename Get>
+std::vector<dds_instance_handle_t> matched(dds_entity_t entity, const Get& get)
+{
+	std::vector<dds_instance_handle_t> handles(static_cast<std::size_t>(std::max(0, get(entity, nullptr, 0))));
+	const auto count = handles.empty() ? 0 : get(entity, handles.data(), handles.size());
+	handles.resize(std::min(handles.size(), static_cast<std::size_t>(std::max(0, count))));
+	return handles;
+}
 }  // namespace
 
 std::string Endpoint::new_mismatch()
@@ -180,10 +190,7 @@ Peers Reader::publishers() const
 
 std::vector<std::uint64_t> Reader::publisher_ids() const
 {
-	std::array<dds_instance_handle_t, 64> handles{};
-	const auto count = dds_get_matched_publications(entity(), handles.data(), handles.size());
-	if (count <= 0) return {};
-	return {handles.begin(), handles.begin() + std::min<std::ptrdiff_t>(count, handles.size())};
+	return matched(entity(), dds_get_matched_publications);
 }
 
 std::string Reader::name_of(std::uint64_t publisher) const
@@ -267,11 +274,9 @@ void Waiter::wait(int milliseconds)
 
 std::set<ParticipantKey> AnyWriter::participants() const
 {
-	std::array<dds_instance_handle_t, 64> handles{};
-	const auto count = dds_get_matched_subscriptions(entity(), handles.data(), handles.size());
 	std::set<ParticipantKey> keys;
-	for (std::size_t i = 0; count > 0 && i < std::min(static_cast<std::size_t>(count), handles.size()); i++)
-		if (auto* const endpoint = dds_get_matched_subscription_data(entity(), handles[i]))
+	for (const dds_instance_handle_t handle : matched(entity(), dds_get_matched_subscriptions))
+		if (auto* const endpoint = dds_get_matched_subscription_data(entity(), handle))
 		{
 			keys.insert(key_of(endpoint->participant_key));
 			dds_builtintopic_free_endpoint(endpoint);

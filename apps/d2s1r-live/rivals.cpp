@@ -3,6 +3,7 @@
 
 #include <mrpt/math/wrap2pi.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace d2s1r::live
@@ -16,36 +17,36 @@ constexpr std::chrono::seconds kLease(25);  // longer than a dead participant co
 constexpr double kSamePlace = 0.3;          // [m], [rad]
 }  // namespace
 
-Rivals::Voice* Rivals::voice_of(const std::string& thing)
+Rivals::Voice& Rivals::voice_of(const std::string& thing)
 {
 	constexpr std::size_t kMostThings = 200;
-	const auto found = voices_.find(thing);
-	if (found != voices_.end()) return &found->second;
-	return voices_.size() < kMostThings ? &voices_[thing] : nullptr;
+	if (voices_.size() >= kMostThings && voices_.count(thing) == 0)
+		voices_.erase(std::min_element(
+		    voices_.begin(), voices_.end(),
+		    [](const auto& a, const auto& b) { return a.second.last_at < b.second.last_at; }));
+	return voices_[thing];
 }
 
 void Rivals::hear(const std::string& thing, std::uint64_t publisher, SteadyTime now)
 {
-	Voice* const voice = voice_of(thing);
-	if (voice == nullptr) return;
-	if (publisher != voice->last)
+	Voice& voice = voice_of(thing);
+	if (publisher != voice.last)
 	{
-		if (publisher == voice->before && now - voice->before_at < kTogether) voice->rivals_at = now;
-		voice->before = voice->last;
-		voice->before_at = voice->last_at;
-		voice->last = publisher;
+		if (publisher == voice.before && now - voice.before_at < kTogether) voice.rivals_at = now;
+		voice.before = voice.last;
+		voice.before_at = voice.last_at;
+		voice.last = publisher;
 	}
-	voice->last_at = now;
+	voice.last_at = now;
 }
 
 void Rivals::hear(const std::string& thing, std::uint64_t publisher, const mrpt::poses::CPose2D& place, SteadyTime now)
 {
-	Voice* const voice = voice_of(thing);
-	if (voice == nullptr) return;
-	const bool is_same = voice->place && voice->place->distanceTo(place) < kSamePlace &&
-	                     std::abs(mrpt::math::wrapToPi(voice->place->phi() - place.phi())) < kSamePlace;
-	if (publisher != voice->last && is_same) return;
-	voice->place = place;
+	Voice& voice = voice_of(thing);
+	const bool is_same = voice.place && voice.place->distanceTo(place) < kSamePlace &&
+	                     std::abs(mrpt::math::wrapToPi(voice.place->phi() - place.phi())) < kSamePlace;
+	if (publisher != voice.last && is_same) return;
+	voice.place = place;
 	hear(thing, publisher, now);
 }
 

@@ -31,7 +31,7 @@ class Rivals
 		SteadyTime last_at, before_at, rivals_at;
 		std::optional<mrpt::poses::CPose2D> place;  //!< that the last one said
 	};
-	Voice* voice_of(const std::string& thing);
+	Voice& voice_of(const std::string& thing);  //!< the one heard least recently makes room
 
 	std::map<std::string, Voice> voices_;
 };
