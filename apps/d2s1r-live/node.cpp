@@ -52,7 +52,7 @@ class Node
 		take_peers();
 		take(
 		    topics_.clock, ros::decode_clock,
-		    [&](Time time) { simulated_now_ = flags_.ignores_clock ? std::nullopt : std::optional(time); });
+		    [&](Time time) { simulated_now_ = ignores_clock_ ? std::nullopt : std::optional(time); });
 		send(live_.update(now()));  // before messages of a time to which the clock ran back
 		take_messages();
 		look_for_rivals();  // before a seed may be made of what they say
@@ -91,7 +91,20 @@ class Node
 		const Peers readers = topics_.seeds.readers();
 		live_.set_tracker_readers(readers.present, readers.ever);
 		live_.set_odometry_publishers(topics_.odometry.publishers().present);
-		if (topics_.clock.publishers().present == 0) simulated_now_.reset();
+		if (topics_.clock.publishers().present > 0) return;
+		simulated_now_.reset();
+		ignores_clock_ = flags_.ignores_clock;
+	}
+
+	/// Looks whether the scans go by the clock of this machine, and not by /clock.
+	void check_clock(Time scan)
+	{
+		constexpr Time kOfOneClock = 10 * kSecond;
+		const auto goes_by = [&](Time clock) { return std::abs(scan - clock) < kOfOneClock; };
+		if (!simulated_now_ || goes_by(*simulated_now_) || !goes_by(wall_clock())) return;
+		say("somebody publishes " + topics_.clock.topic() + ", but the scans do not go by it: it is not followed");
+		simulated_now_.reset();
+		ignores_clock_ = true;
 	}
 
 	void take_messages()
@@ -157,6 +170,7 @@ class Node
 			    reader, ros::decode_point_cloud,
 			    [&](const ros::PointCloud& cloud)
 			    {
+				    check_clock(cloud.header.time);
 				    live_.add_cloud(reader.topic(), cloud);
 			    });
 		else
@@ -164,6 +178,7 @@ class Node
 			    reader, ros::decode_laser_scan,
 			    [&](const ros::LaserScan& scan)
 			    {
+				    check_clock(scan.header.time);
 				    live_.add_scan(reader.topic(), scan);
 			    });
 	}
@@ -345,6 +360,7 @@ class Node
 	std::string hint_;  //!< on topics that may be meant
 	LiveLocalizer live_;
 	std::optional<Time> simulated_now_;  //!< of /clock
+	bool ignores_clock_ = flags_.ignores_clock;
 	std::map<std::string, PublisherId> damaged_;  //!< who sent the last damaged message of a topic
 	std::string told_summary_;
 	SteadyTime told_at_{};
