@@ -133,9 +133,16 @@ class Drive
 		const live::Time time = remember();
 		robot_.publish_scan(time, world_, settings_);
 		result_.scans++;
-		const bool is_told = Clock::now() - tracked_at_ < std::chrono::seconds(1);
-		if (is_told && tracked_.distanceTo(world_.pose()) < 1) result_.right++;
+		if (const auto told = tracked(); told && told->distanceTo(world_.pose()) < 1) result_.right++;
 		if (log_.is_open()) log(time);
+	}
+
+	/// Returns where the robot is by map -> odom of the last second, else by its tracker's pose.
+	std::optional<CPose2D> tracked() const
+	{
+		const auto is_new = [](Clock::time_point at) { return Clock::now() - at < std::chrono::seconds(1); };
+		if (told_ && is_new(told_at_)) return *told_ + world_.odometry();
+		return is_new(tracked_at_) ? std::optional(tracked_) : std::nullopt;
 	}
 
 	/// Writes where the robot is, and where map -> odom says that it is.
@@ -196,7 +203,8 @@ class Drive
 		    [&](const std::vector<ros::Transform>& transforms)
 		    {
 			    for (const auto& one : transforms)
-				    if (one.header.frame == kMap && one.child == kOdometry && one.pose) told_ = CPose2D(*one.pose);
+				    if (one.header.frame == kMap && one.child == kOdometry && one.pose)
+					    told_ = CPose2D(*one.pose), told_at_ = Clock::now();
 		    });
 		if (!settings_.markers.empty()) take_markers();
 	}
@@ -229,7 +237,7 @@ class Drive
 	CPose2D tracked_;
 	std::optional<CPose2D> told_;  //!< map -> odom, since the tracker was started
 	std::ofstream log_;
-	Clock::time_point tracked_at_, moved_at_, kidnapping_at_, crash_at_, return_at_;
+	Clock::time_point tracked_at_, told_at_, moved_at_, kidnapping_at_, crash_at_, return_at_;
 };
 }  // namespace
 

@@ -111,6 +111,8 @@ TEST_F(LiveTest, TheSimulatedRobotJudgesPosesBetweenScans)
 	const Drove drove = parse(result.out);
 	EXPECT_GE(drove.poses, drove.scans) << "one for each reading of the odometry\n" << said();
 	EXPECT_GE(drove.right_poses, drove.poses * 9 / 10) << result.out;
+	EXPECT_EQ(drove.seeds, 0);
+	EXPECT_GE(drove.right, drove.scans / 2) << "by map -> odom, which nobody is seeded for\n" << result.out;
 	stop(live);
 }
 
