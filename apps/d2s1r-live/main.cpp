@@ -70,7 +70,7 @@ class Console
 		err_ << "d2s1r-live: " << line << std::endl;
 	}
 
-	/// Says a line of somebody who may repeat it for ever.
+	/// Says a line of Cyclone DDS, which may repeat it for ever.
 	void say_seldom(const std::string& line)
 	{
 		const std::lock_guard lock(mutex_);

@@ -54,6 +54,13 @@ ProcessResult Process::wait()
 	return {status, read_file(out_), read_file(err_), usage_.ru_maxrss};
 }
 
+long Process::memory() const
+{
+	for (const std::string& line : lines_of(read_file("/proc/" + std::to_string(id_) + "/status")))
+		if (line.rfind("VmRSS:", 0) == 0) return std::stol(line.substr(6));
+	throw std::runtime_error("the process has ended");
+}
+
 int fault_cases(int few, int all)
 {
 	return std::getenv("D2S1R_ALL_FAULTS") ? all : few;

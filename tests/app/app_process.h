@@ -33,6 +33,9 @@ class Process
 	bool running();
 	ProcessResult wait();
 
+	/// Returns how much memory [kB] a process that runs has now.
+	long memory() const;
+
    private:
 	std::filesystem::path out_;
 	std::filesystem::path err_;

@@ -110,6 +110,13 @@ class PeerReader
 		return all;
 	}
 
+	bool has_writer() const
+	{
+		dds::SubscriptionMatchedStatus status;
+		reader_->get_subscription_matched_status(status);
+		return status.current_count > 0;
+	}
+
 	/// Waits for a message. \return no value if none comes
 	std::optional<Message> next(double seconds = 8)
 	{

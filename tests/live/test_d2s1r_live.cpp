@@ -324,6 +324,34 @@ TEST_F(LiveTest, FindsNodesThatOnlyUseThisMachineAndNobodyIfDiscoveryIsOff)
 	}
 }
 
+/// By the settings that rmw_cyclonedds_cpp of Humble makes of ROS_LOCALHOST_ONLY, and those of d2s1r-live itself.
+TEST_F(LiveTest, FindsNodesOfCycloneDdsThatOnlyUseThisMachine)
+{
+	const auto answers_to = [&](const char* variable, const char* value)
+	{
+		const EnvironmentVariable of_nodes(variable, value);
+		const auto drive = run_program(
+		    {D2S1R_LIVE_DRIVE, D2S1R_SOURCE_DIR "/share/d2s1r/data/office.yaml", "5", "--domain",
+		     std::to_string(test_domain()), "--kidnap", "0"});
+		EXPECT_EQ(drive.status, 0) << drive.err;
+		return drive.out.find("does d2s1r-live run in domain") == std::string::npos;
+	};
+	constexpr const char* kOnlyHere =
+	    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces></General>"
+	    "</Domain></CycloneDDS>";
+	{
+		LiveProcess live = start_live();
+		EXPECT_FALSE(answers_to("CYCLONEDDS_URI", kOnlyHere));
+		stop(live);
+	}
+	std::optional<EnvironmentVariable> here(std::in_place, "ROS_LOCALHOST_ONLY", "1");
+	LiveProcess live = start_live();
+	here.reset();
+	EXPECT_TRUE(answers_to("CYCLONEDDS_URI", kOnlyHere)) << said();
+	EXPECT_TRUE(answers_to("ROS_LOCALHOST_ONLY", "1")) << said();
+	stop(live);
+}
+
 /// MRPT's reader trusts the number of ranges that a file tells.
 TEST_F(LiveTest, AMapThatCrashesItsReaderIsRefused)
 {

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Peers that are late, gone, wrong or hostile.
 #include <fcntl.h>
+#include <mrpt/core/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -175,6 +176,110 @@ TEST_F(LiveTest, StartsAgainWhenTheClockRunsBack)
 	stop(live);
 }
 
+TEST_F(LiveTest, FollowsNoClockThatTheScansDoNotGoBy)
+{
+	for (const live::Time other : {live::Time(1000), live::Time(2'000'000'000)})
+	{
+		LiveProcess live = start_live();
+		RobotPeer robot;
+		robot.begin();
+		ASSERT_TRUE(wait_for_answers(robot));
+		Peer stranger;
+		PeerWriter<ClockType> clock(stranger, "/clock", {false, false, 1});
+		ASSERT_TRUE(wait_until([&] { return clock.has_reader(); }));
+		EXPECT_TRUE(wait_until(
+		    [&]
+		    {
+			    clock.write(clock_at(other * live::kSecond));
+			    robot.step(0, 0, 0.2);
+			    return said().find("/clock, but the scans do not go by it") != std::string::npos;
+		    }))
+		    << said();
+		for (int i = 0; i < 10; i++)
+		{
+			clock.write(clock_at(other * live::kSecond));
+			EXPECT_TRUE(robot.step(0, 0, 1));
+		}
+		stop(live);
+	}
+}
+
+/// A tracker that is killed without a farewell.
+class KilledTrackerTest : public LiveTest
+{
+   protected:
+	/// Starts TrackerThatIsKilled in a process of its own.
+	static LiveProcess start_tracker(const std::filesystem::path& output)
+	{
+		setenv("D2S1R_TEST_DOMAIN", std::to_string(test_domain()).c_str(), 1);
+		std::filesystem::create_directory(output);
+		return {{"/proc/self/exe", "--gtest_also_run_disabled_tests", "--gtest_filter=*TrackerThatIsKilled"}, output};
+	}
+};
+
+/// The tracker: it tells where it was seeded, and how long after its reader of seeds was known.
+TEST_F(KilledTrackerTest, DISABLED_TrackerThatIsKilled)
+{
+	Peer peer;
+	PeerReader<PoseType> seeds(peer, "/initialpose");
+	PeerWriter<PoseType> poses(peer, "/amcl_pose", {true, true, 1});
+	ASSERT_TRUE(wait_until([&] { return seeds.has_writer(); }));
+	const auto known = std::chrono::steady_clock::now();
+	wait_until(
+	    [&]
+	    {
+		    for (const auto& seed : seeds.take())
+		    {
+			    const auto waited = std::chrono::steady_clock::now() - known;
+			    std::cout << "seed after " << std::chrono::duration<double>(waited).count() << " s at "
+			              << pose_of(seed).x() << ' ' << pose_of(seed).y() << ' ' << std::endl;
+			    poses.write(seed);
+		    }
+		    return false;
+	    },
+	    60);
+}
+
+/// Respawned by launch, as nav2 does after 2 s.
+TEST_F(KilledTrackerTest, IsSeededWithinASecondWhenItIsBack)
+{
+	for (const char* const when : {"once", "watch"})
+	{
+		LiveProcess live = start_live({"--seed", when});
+		RobotPeer robot;
+		robot.begin();
+		ASSERT_TRUE(wait_for_answers(robot));
+		for (int life = 0; life < 3; life++)
+		{
+			const auto output = folder() / (when + std::to_string(life));
+			LiveProcess tracker = start_tracker(output);
+			double seconds = -1, x = 0, y = 0;
+			EXPECT_TRUE(wait_until(
+			    [&]
+			    {
+				    robot.step(0, 0, 0.1);  // the robot stands
+				    const std::string text = text_of(output / "stdout");
+				    const auto start = text.find("seed after");
+				    return start != std::string::npos &&
+				           std::sscanf(text.c_str() + start, "seed after %lf s at %lf %lf \n", &seconds, &x, &y) == 3;
+			    }))
+			    << said();
+			EXPECT_LT(seconds, 1) << when << life << said();
+			EXPECT_LT(distance_between({x, y, 0}, robot.robot.pose), 0.1);
+			tracker.send(SIGKILL);
+			tracker.wait();
+			wait_until(
+			    [&]
+			    {
+				    robot.step(0, 0, 0.1);
+				    return false;
+			    },
+			    2);
+		}
+		stop(live);
+	}
+}
+
 /// A robot that is killed without a farewell.
 class KilledRobotTest : public LiveTest
 {
@@ -240,6 +345,23 @@ TEST_F(LiveTest, EndsWithinASecond)
 		live.send(signal);
 		EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
 		EXPECT_EQ(live.wait().status, 0);
+	}
+}
+
+/// Scripts start programs with `&` so that they ignore SIGINT, and nohup lets them ignore SIGHUP.
+TEST_F(LiveTest, ObeysSigintIfAScriptStartsItInTheBackgroundButNotSighupUnderNohup)
+{
+	for (const auto& [name, signal, obeys] : {std::tuple("INT", SIGINT, true), std::tuple("HUP", SIGHUP, false)})
+	{
+		LiveProcess live(
+		    {"bash", "-c",
+		     std::string("trap '' ") + name + "; exec " D2S1R_LIVE " --domain " + std::to_string(test_domain())},
+		    folder());
+		Peer peer;
+		ASSERT_TRUE(PeerReader<DiagnosticsType>(peer, "/diagnostics").next()) << "it runs";
+		live.send(signal);
+		EXPECT_EQ(wait_until([&] { return !live.running(); }, 1), obeys) << name;
+		EXPECT_EQ(stop(live).status, 0);
 	}
 }
 
@@ -310,6 +432,105 @@ TEST_F(LiveTest, TwoRobotsOfOneNameAreToldAndNotSeeded)
 	EXPECT_TRUE(seeds_of_one.take().empty());
 	EXPECT_TRUE(seeds_of_two.take().empty());
 	EXPECT_EQ(last_summary(one).find("two nodes publish "), 0U);
+	stop(live);
+}
+
+namespace
+{
+using NodesType = rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_PubSubType;
+
+/// Returns the nodes that one that has just come learns of, as `ros2 node list` does, with how many readers and writers
+/// each says that it has.
+std::string list_of_nodes()
+{
+	Peer peer;
+	const PeerQuality kept{true, true, 1};
+	PeerWriter<NodesType> own(peer, "ros_discovery_info", kept);  // which tells that it knows of nodes
+	PeerReader<NodesType> others(peer, "ros_discovery_info", kept);
+	const auto message = others.next(10);
+	std::string names;
+	for (const auto& node : message ? message->node_entities_info_seq() : NodesType::type().node_entities_info_seq())
+		names += node.node_namespace() + node.node_name() + " (" + std::to_string(node.reader_gid_seq().size()) + ", " +
+		         std::to_string(node.writer_gid_seq().size()) + ")";
+	return names;
+}
+
+/// Lets a peer come, publish and read what a robot does, and go, as nodes do that are started and stopped. Its map is
+/// another one each time.
+void come_and_go(int round)
+{
+	RobotPeer robot;
+	PeerReader<PoseType> seeds(robot.peer, "/initialpose");
+	robot.grid.cells[static_cast<std::size_t>(robot.grid.width * 3 + 3 + round % 20)] = Cell::kOccupied;
+	robot.begin();
+	for (int i = 0; i < 5; i++) robot.step(0, 0, 0.05);
+}
+}  // namespace
+
+/// With D2S1R_PEERS_SECONDS in the environment, they come and go for so long, and each minute a row tells of memory.
+TEST_F(LiveTest, StaysInTheListOfNodesAndTakesNoMemoryWhilePeersComeAndGo)
+{
+	using std::chrono::duration;
+	using std::chrono::steady_clock;
+	const char* const given = std::getenv("D2S1R_PEERS_SECONDS");
+	const double seconds = given != nullptr ? std::atof(given) : 8;
+	constexpr double kStartUp = 900, kLeastTime = 1200;  // [s]
+	constexpr long kMostGrowth = 1000;                   // [kB]
+	const std::string node = "/d2s1r_live (9, 5)";
+	const auto output = folder() / "drive";
+	std::filesystem::create_directory(output);
+	LiveProcess live = start_live({"--seed", "watch"});
+	const auto start = steady_clock::now();
+	const auto passed = [&] { return duration<double>(steady_clock::now() - start).count(); };
+	long after_start_up = 0;
+	double next_row = 60;
+	int rounds = 0;
+	for (; passed() < seconds; rounds++)
+	{
+		come_and_go(rounds);
+		if (rounds % 5 == 4)
+		{
+			LiveProcess killed(
+			    {D2S1R_LIVE_DRIVE, D2S1R_SOURCE_DIR "/share/d2s1r/data/office.yaml", "60", "--domain",
+			     std::to_string(test_domain())},
+			    output);
+			std::this_thread::sleep_for(std::chrono::milliseconds(500));  // it dies with its owner, without a farewell
+		}
+		ASSERT_TRUE(live.running());
+		if (passed() < next_row) continue;
+		next_row += 60;
+		std::cout << mrpt::format("%.0f s, %d rounds, %ld kB, ", passed(), rounds, live.memory()) << list_of_nodes()
+		          << std::endl;
+		if (after_start_up == 0 && passed() > kStartUp) after_start_up = live.memory();
+	}
+	EXPECT_EQ(list_of_nodes(), node) << rounds << " rounds";
+	EXPECT_TRUE(seconds < kLeastTime || live.memory() - after_start_up < kMostGrowth);
+	live.send(SIGTERM);
+	EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
+}
+
+TEST_F(LiveTest, APeerThatFloodsTheJournalSilencesNobody)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot));
+	auto scan = to_peer(robot.robot.scan());
+	for (int i = 0; i < 500; i++)
+	{
+		scan.header().frame_id("frame" + std::to_string(i));
+		scan.header().stamp().nanosec(static_cast<std::uint32_t>(i));
+		robot.scans.write(scan);
+		std::this_thread::sleep_for(std::chrono::milliseconds(5));
+	}
+	ASSERT_TRUE(says("no transform from the laser's frame 'frame")) << said();
+	Peer other;
+	PeerWriter<PoseType> tracker(other, "/amcl_pose");
+	ASSERT_TRUE(wait_until([&] { return tracker.has_reader(); }));
+	std::this_thread::sleep_for(std::chrono::milliseconds(500));
+	tracker.write(to_peer(robot.robot.time, "elsewhere", {}));
+	EXPECT_TRUE(says("the tracker's pose is in 'elsewhere'")) << said();
+	EXPECT_LT(lines_of(said()).size(), 50U) << said();
 	stop(live);
 }
 

@@ -2,8 +2,11 @@
 // What d2s1r-live makes of the command lines that launch files and `ros2 run` give to a node, and of its environment.
 #include <shell/errors.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
+#include <set>
 #include <sstream>
 
 #include "flags.h"
@@ -22,6 +25,15 @@ Flags flags_of(std::vector<std::string> words)
 	const auto flags = parse_flags(static_cast<int>(pointers.size()), pointers.data(), out);
 	if (!flags) throw std::runtime_error("help was asked for");
 	return *flags;
+}
+
+std::string help_text()
+{
+	std::string name = "d2s1r-live", help = "--help";
+	char* words[] = {name.data(), help.data(), nullptr};
+	std::ostringstream out;
+	parse_flags(2, words, out);
+	return out.str();
 }
 
 std::string refusal_of(const std::vector<std::string>& words)
@@ -77,90 +89,90 @@ TEST(RosArguments, NamesAreRemappedAsInAnyNode)
 	EXPECT_EQ(topic({"--ros-args", "-r", "d2s1r_live:scan:=/x"}, "scan"), "/x");
 }
 
-TEST(RosArguments, ParametersAreTheOptions)
+namespace
+{
+/// A parameter with a value, and what it must do.
+struct Effect
+{
+	std::string parameter, value;
+	std::function<bool(const Flags&)> is_there;
+};
+}  // namespace
+
+TEST(RosArguments, EveryOptionIsAParameter)
+{
+	const test::TempFolder folder;
+	const std::string calibration = folder.write("laser.txt", "range-factor: 1.25\n");
+	using Texts = std::vector<std::string>;
+	const std::vector<Effect> effects = {
+	    {"map", "plan.yaml", [](const Flags& f) { return f.map == "plan.yaml"; }},
+	    {"config", "own.ini", [](const Flags& f) { return f.config == "own.ini"; }},
+	    {"set", "[scan.no_return=1, fine.step=2]",
+	     [](const Flags& f) {
+		     return f.parameters == Texts{"scan.no_return=1", "fine.step=2"};
+	     }},
+	    {"index", "plan.index", [](const Flags& f) { return f.index == "plan.index"; }},
+	    {"seed", "watch", [](const Flags& f) { return f.settings.seeding == Seeding::kWatch; }},
+	    {"watch", "[3, 0.5]",
+	     [](const Flags& f) { return f.settings.watch.scans == 3 && f.settings.watch.distance == 0.5; }},
+	    {"seed_std", "0.2,0.05", [](const Flags& f) { return f.settings.seed_std_yaw == 0.05; }},
+	    {"track", "true", [](const Flags& f) { return f.settings.track; }},
+	    {"window", "7", [](const Flags& f) { return f.settings.window == 7; }},
+	    {"region", "[-1.5, 0, 2, 3]", [](const Flags& f) { return !f.settings.region.anywhere(); }},
+	    {"rate", "2", [](const Flags& f) { return f.settings.most_scans == 2; }},
+	    {"scan", "/a", [](const Flags& f) { return f.scans == Texts{"/a"}; }},
+	    {"merge_lasers", "true", [](const Flags& f) { return f.settings.merge_lasers; }},
+	    {"cloud_height", "0.1:0.4",
+	     [](const Flags& f) { return f.settings.cloud_height && f.settings.cloud_height->to == 0.4; }},
+	    {"sweep_time", "0.1",
+	     [](const Flags& f) { return f.settings.overrides.sweep && f.settings.overrides.sweep->duration == 0.1; }},
+	    {"calibration", calibration, [](const Flags& f) { return f.settings.overrides.range_factor == 1.25; }},
+	    {"as_told", "true", [](const Flags& f) { return f.settings.as_told; }},
+	    {"map_topic", "/plan", [](const Flags& f) { return f.map_topic == "/plan"; }},
+	    {"map_volatile", "true", [](const Flags& f) { return f.volatile_map; }},
+	    {"odom", "/wheels", [](const Flags& f) { return f.odometry == "/wheels"; }},
+	    {"tracker", "[/mcl, /b]",
+	     [](const Flags& f) {
+		     return f.trackers == Texts{"/mcl", "/b"};
+	     }},
+	    {"initialpose", "/set", [](const Flags& f) { return f.seeds == "/set"; }},
+	    {"map_frame", "floor", [](const Flags& f) { return f.settings.map_frame == "floor"; }},
+	    {"robot_frame", "base", [](const Flags& f) { return f.settings.robot_frame == "base"; }},
+	    {"odom_frame", "wheel_odom", [](const Flags& f) { return f.settings.odometry_frame == "wheel_odom"; }},
+	    {"domain", "7", [](const Flags& f) { return f.domain == 7; }},
+	    {"quiet", "true", [](const Flags& f) { return f.quiet; }}};
+	std::set<std::string> tried = {"help", "version"};
+	for (const auto& [parameter, value, is_there] : effects)
+	{
+		EXPECT_FALSE(is_there(flags_of({}))) << parameter;
+		const Flags flags = flags_of({"--ros-args", "-p", parameter + ":=" + value});
+		EXPECT_TRUE(is_there(flags)) << parameter;
+		EXPECT_TRUE(flags.notes.empty()) << parameter;
+		std::string option = parameter;
+		std::replace(option.begin(), option.end(), '_', '-');
+		tried.insert(option);
+	}
+	std::istringstream help(help_text());
+	for (std::string line; std::getline(help, line);)
+	{
+		const auto start = line.find("--");
+		if (start > 6 || line.rfind("  ", 0) != 0) continue;
+		EXPECT_EQ(tried.count(line.substr(start + 2, line.find_first_of(" ,", start) - start - 2)), 1U) << line;
+	}
+}
+
+TEST(RosArguments, TheLastOneOfAParameterCountsAndOptionsWin)
 {
 	const Flags flags = flags_of(
-	    {"--window",
-	     "3",
-	     "--ros-args",
-	     "-p",
-	     "seed:=watch",
-	     "-p",
-	     "window:=7",
-	     "-p",
-	     "watch:=[3, 0.5]",
-	     "-p",
-	     "seed_std:=0.2,0.05",
-	     "-p",
-	     "region:=[-1.5, 0, 2, 3]",
-	     "-p",
-	     "rate:=2",
-	     "-p",
-	     "merge_lasers:=true",
-	     "-p",
-	     "scan:=[/a, /b]",
-	     "-p",
-	     "cloud_height:=0.1:0.4",
-	     "-p",
-	     "sweep_time:=0.1",
-	     "-p",
-	     "map_topic:=/plan",
-	     "-p",
-	     "map_volatile:=true",
-	     "-p",
-	     "odom:=/wheels",
-	     "-p",
-	     "tracker:=/mcl",
-	     "-p",
-	     "initialpose:=/set",
-	     "-p",
-	     "map_frame:=floor",
-	     "-p",
-	     "robot_frame:=base",
-	     "-p",
-	     "odom_frame:=wheel_odom",
-	     "-p",
-	     "domain:=7",
-	     "-p",
-	     "quiet:=true",
-	     "-p",
-	     "map:=plan.yaml",
-	     "-p",
-	     "config:=own.ini",
-	     "-p",
-	     "index:=''",
-	     "-p",
-	     "index:=plan.index",
-	     "-p",
+	    {"--window", "3", "--ros-args", "-p", "window:=7", "-p", "index:=''", "-p", "index:=plan.index", "-p",
 	     "use_sim_time:=true"});
-	EXPECT_EQ(flags.settings.seeding, Seeding::kWatch);
-	EXPECT_EQ(flags.settings.window, 3) << "options win over parameters";
-	EXPECT_EQ(flags.settings.watch.scans, 3);
-	EXPECT_EQ(flags.settings.watch.distance, 0.5);
-	EXPECT_EQ(flags.settings.seed_std_yaw, 0.05);
-	EXPECT_FALSE(flags.settings.region.anywhere());
-	EXPECT_EQ(flags.settings.most_scans, 2);
-	EXPECT_TRUE(flags.settings.merge_lasers);
-	EXPECT_EQ(flags.scans, (std::vector<std::string>{"/a", "/b"}));
-	EXPECT_EQ(flags.settings.cloud_height->to, 0.4);
-	EXPECT_EQ(flags.settings.overrides.sweep->duration, 0.1);
-	EXPECT_EQ(flags.map_topic, "/plan");
-	EXPECT_TRUE(flags.volatile_map);
-	EXPECT_EQ(flags.odometry, "/wheels");
-	EXPECT_EQ(flags.trackers, std::vector<std::string>{"/mcl"});
-	EXPECT_EQ(flags.seeds, "/set");
-	EXPECT_EQ(flags.settings.map_frame, "floor");
-	EXPECT_EQ(flags.settings.robot_frame, "base");
-	EXPECT_EQ(flags.settings.odometry_frame, "wheel_odom");
-	EXPECT_EQ(flags.domain, 7U);
-	EXPECT_TRUE(flags.quiet);
-	EXPECT_EQ(flags.map, "plan.yaml");
-	EXPECT_EQ(flags.config, "own.ini");
+	EXPECT_EQ(flags.settings.window, 3);
 	EXPECT_EQ(flags.index, "plan.index");
 	EXPECT_FALSE(flags.ignores_clock);
 	EXPECT_TRUE(flags.notes.empty());
 	EXPECT_TRUE(flags_of({"--ros-args", "-p", "use_sim_time:=False"}).ignores_clock);
 	EXPECT_NE(refusal_of({"--ros-args", "-p", "seed:=maybe"}).find("'maybe' is not one of once"), std::string::npos);
+	EXPECT_EQ(flags_of({"--ros-args", "-p", "scan:=[/a, /b]", "-p", "merge_lasers:=true"}).scans.size(), 2U);
 }
 
 TEST(RosArguments, AFileOfParametersIsReadForThisNode)
