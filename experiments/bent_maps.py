@@ -63,6 +63,7 @@ def main():
     parser.add_argument("--build", type=pathlib.Path, default=runs.HERE.parent / "build/release", help="build folder")
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
     parser.add_argument("--drives", type=int, default=6, help="of a building, 30 scans each")
+    parser.add_argument("--moved", type=float, default=0.1, help="share of the loose things that were moved, and gone (default 0.1)")
     arguments = parser.parse_args()
     program = arguments.build / "apps/rawlog-localize/rawlog-localize"
     rows = []
@@ -70,7 +71,7 @@ def main():
     for kind in sorted(look_alikes.KINDS):
         for seed in arguments.seeds:
             with tempfile.TemporaryDirectory() as folder:
-                look_alikes.main([kind, str(seed), folder, "--drives", str(arguments.drives)])
+                look_alikes.main([kind, str(seed), folder, "--drives", str(arguments.drives), "--moved", str(arguments.moved)])
                 counts = counts_of(program, pathlib.Path(folder), arguments.drives)
             total = [(a + c, b + d) for (a, b), (c, d) in zip(total, counts)]
             rows.append([f"{kind} {seed}", *(f"{right} / {wrong}" for right, wrong in counts)])

@@ -169,7 +169,7 @@ class Bend:
         return points[0, 0], points[0, 1], math.atan2(direction[1], direction[0])
 
 
-def mapped(building, bend, random, drift):
+def mapped(building, bend, random, drift, moved):
     """The surfaces [n, 4] that a program draws.
     \\p drift: [m] standard deviation by which walls are apart from where they should be"""
     surfaces = np.array(building.surfaces)
@@ -181,9 +181,9 @@ def mapped(building, bend, random, drift):
         copies = [(random.normal(0, drift, 2), random.normal(0, math.radians(0.5)))]
         if is_loose:
             fate = random.random()
-            if fate < 0.1:
+            if fate < moved:
                 continue  # it is gone
-            if fate < 0.2:
+            if fate < 2 * moved:
                 copies = [(random.normal(0, 1.0, 2), random.uniform(-math.pi, math.pi))]
         elif random.random() < 0.02:
             continue  # never seen
@@ -303,7 +303,7 @@ def make_pair(folder, arguments):
     building = KINDS[arguments.kind](random)
     drift = arguments.drift if arguments.drift is not None else random.uniform(0.01, 0.04)
     bends = [Bend(random), Bend(random)]
-    worlds = [mapped(building, bend, random, drift) for bend in bends]
+    worlds = [mapped(building, bend, random, drift, arguments.moved) for bend in bends]
     everywhere = [pose for _ in range(25) for pose in drive(building, 25, random)]
     poses = [bends[0].pose(*pose) for pose in everywhere[::3]]
     degraded_maps.save_map(draw_map(worlds[0], poses, max(arguments.reach, 6), random), folder)
@@ -321,6 +321,7 @@ def main(words=None):
     parser.add_argument("--beams", type=int, default=360)
     parser.add_argument("--reach", type=float, default=3.5, help="[m] of the laser that scans (default 3.5)")
     parser.add_argument("--drift", type=float, help="[m] standard deviation by which walls are off (default: 0.01 to 0.04 by building)")
+    parser.add_argument("--moved", type=float, default=0.1, help="share of the loose things that were moved, and gone (default 0.1)")
     arguments = parser.parse_args(words)
     try:
         make_pair(arguments.folder, arguments)

@@ -295,34 +295,6 @@ TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
 	EXPECT_LT(most, score(tracer_, field_, rays, robot, {}).log_likelihood + 2) << "too loose to be of use";
 }
 
-TEST(Scoring, APieceThatIsOffLosesNoMoreThanItsShiftCosts)
-{
-	const std::vector<float> off(40, 0.3F), on(40, 0.5F);  // [m] a wall is half a metre away
-	EXPECT_NEAR(score_of(on).by_pieces, 0, 1e-9);
-	const double most = 0.3 * 0.3 / (2 * kPieceShift * kPieceShift);
-	EXPECT_LT(score_of(off).by_pieces, -0.5);
-	EXPECT_GT(score_of(off).by_pieces, -most);
-	EXPECT_LT(score_of(off).log_likelihood, score_of(on).log_likelihood - 6.2) << "by the beams it loses far more";
-}
-
-TEST(Scoring, ManyBeamsOnAPieceCountByTheirSquareRoot)
-{
-	const auto loss = [](std::size_t beams)
-	{
-		return -score_of(std::vector<float>(beams, 1.2F)).by_pieces;  // through the wall
-	};
-	EXPECT_NEAR(loss(8) / loss(2), 4, 1.5) << "few say each something new";
-	EXPECT_LT(loss(160) / loss(40), 2.1) << "the shift of the piece counts but once";
-	EXPECT_GT(loss(160) / loss(40), 1.2);
-}
-
-TEST(Scoring, TellsHowFarFromTheWallsReturnsEnd)
-{
-	EXPECT_NEAR(score_of({0.5F, 0.5F}).off_walls, score_of({0.5F}).off_walls, 1e-6);
-	EXPECT_GT(score_of({0.43F, 0.43F}).off_walls, score_of({0.5F, 0.5F}).off_walls + 0.02);
-	EXPECT_NEAR(score_of({0.5F, 0.2F}).off_walls, score_of({0.5F}).off_walls, 1e-6) << "an object is no wall";
-}
-
 TEST(Scoring, ABeamThatSawNothingIsChargedForAWallInItsWayOnce)
 {
 	BeamModel model = nothing_counts();

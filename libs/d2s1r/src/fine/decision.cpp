@@ -34,7 +34,7 @@ double lead_of(const Place& best, const Place& place, const ScoringParameters& p
 /// of surface, whichever favours it more. A map that is exact and one that is bent must both tell the places apart.
 double weight_of(const Place& place, const Place& best, const ScoringParameters& parameters)
 {
-	const double by_pieces = (best.score.by_pieces - place.score.by_pieces) / temperature(best, parameters);
+	const double by_pieces = (*best.by_pieces - *place.by_pieces) / temperature(best, parameters);
 	return std::exp(-std::max(0.0, std::min(by_pieces, lead_of(best, place, parameters))));
 }
 
@@ -45,17 +45,28 @@ void sort_best_first(std::vector<Place>& poses)
 	    [](const Place& a, const Place& b) { return a.score.log_likelihood > b.score.log_likelihood; });
 }
 
+/// Weighs the places, best first, by all beams and by the pieces of surface.
+void weigh(const BeamSubset& all, const ScoringParameters& parameters, std::vector<Place>& places)
+{
+	for (Place& place : places)
+	{
+		const BeamModel& model = place.parameters().scoring.beam_model;
+		if (!place.by_pieces)
+			place.by_pieces = log_likelihood_by_pieces(place.tracer(), place.field(), all, place.scored_at, model);
+		place.weight = weight_of(place, places.front(), parameters);
+	}
+}
+
 /// Returns the poses, best first; of those at one place it keeps the best, and gives it its weight.
-std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParameters& parameters)
+/// \param all the beams that the poses were scored with
+std::vector<Place> distinct_places(std::vector<Place> poses, const BeamSubset& all, const ScoringParameters& parameters)
 {
 	sort_best_first(poses);
 	DistinctPoses distinct(kPlaceDistance, kPlaceYaw);
 	std::vector<Place> places;
 	for (Place& pose : poses)
-	{
-		pose.weight = weight_of(pose, poses.front(), parameters);
 		if (distinct.add(pose.pose, pose.map->number)) places.push_back(pose);
-	}
+	weigh(all, parameters, places);
 	return places;
 }
 
@@ -214,35 +225,7 @@ void polish_best(const Scan& scan, const BeamSubset& all, std::size_t most, std:
 		if (score.log_likelihood <= scored[i].score.log_likelihood) continue;
 		scored[i].score = score;
 		scored[i].scored_at = polished.pose;
-	}
-}
-
-/// Returns by how much [m] the map has pieces of surface off (standard deviation), by how far from its walls the
-/// returns at the best place end. In an exact map they end within half a cell of the middle of one. What is expected
-/// of any map counts as some pieces do (the conjugate prior of a variance). The pose was moved to make the distances
-/// small: that takes as many pieces as it has degrees of freedom. So a scan of three walls, which fits in many a place,
-/// tells nothing of the map, and one of twenty walls tells whether it is exact.
-double piece_shift_of(const Place& best)
-{
-	constexpr double kExpected = 6, kDegreesOfFreedom = 3;  // [-] pieces
-	const double of_cells = best.field().cell_size() / 2, pieces = best.score.segments;
-	const double of_map = std::max(0.0, mrpt::square(best.score.off_walls) - mrpt::square(of_cells));  // [m^2]
-	return std::sqrt(
-	    (kExpected * mrpt::square(kPieceShift) + pieces * of_map) /
-	    (kExpected + std::max(0.0, pieces - kDegreesOfFreedom)));
-}
-
-/// Scores the pieces of surface at all places, best first, by what the best one tells of the map, and weighs the places
-/// by them, too.
-void weigh_pieces(const BeamSubset& all, const ScoringParameters& parameters, std::vector<Place>& places)
-{
-	if (places.empty()) return;
-	const double shift = piece_shift_of(places.front());
-	for (Place& place : places)
-	{
-		const BeamModel& model = place.parameters().scoring.beam_model;
-		place.score.by_pieces = score(place.tracer(), place.field(), all, place.scored_at, model, shift).by_pieces;
-		place.weight = weight_of(place, places.front(), parameters);
+		scored[i].by_pieces.reset();
 	}
 }
 
@@ -259,6 +242,7 @@ void compare_best(const BeamSubset& all, std::size_t most, std::vector<Place>& p
 		if (best.score.log_likelihood <= place.score.log_likelihood) continue;
 		place.score = best.score;
 		place.scored_at = best.pose;
+		place.by_pieces.reset();
 	}
 }
 }  // namespace
@@ -276,10 +260,9 @@ std::vector<Place> find_places(
 	places.insert(places.end(), known.begin(), known.end());
 	sort_best_first(places);
 	polish_best(scan, all, most_poses(Stage::kPolished, limits.refinement), places);
-	places = distinct_places(std::move(places), limits.scoring);
+	places = distinct_places(std::move(places), all, limits.scoring);
 	compare_best(all, most_poses(Stage::kCompared, limits.refinement), places);
-	places = distinct_places(std::move(places), limits.scoring);
-	weigh_pieces(all, limits.scoring, places);
+	places = distinct_places(std::move(places), all, limits.scoring);
 	return places;
 }
 
@@ -318,7 +301,7 @@ Decision decide(
 		hypothesis.covariance += motion_covariance(scan);
 		hypothesis.probability = likely[i].probability;
 		hypothesis.log_likelihood = place.score.log_likelihood;
-		hypothesis.by_pieces = place.score.by_pieces;
+		hypothesis.by_pieces = place.by_pieces;
 		hypothesis.explained = place.score.explained;
 		hypothesis.log_odds = log_odds_of_fit(place.score, place.parameters().scoring.presence_model);
 		result.answer.hypotheses.push_back(hypothesis);

@@ -4,6 +4,7 @@
 #include <d2s1r/localization.h>
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "fine/refinement.h"
@@ -16,9 +17,11 @@ struct Place : PoseInMap
 {
 	Score score;                    //!< the best that was found at this place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
-	bool is_polished = false;       //!< whether the pose has been moved by the last few millimetres
-	bool is_compared = false;       //!< whether that is the best within some centimetres
-	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
+	/// [nat] there, by the pieces of surface: see log_likelihood_by_pieces(); none: not asked yet
+	std::optional<double> by_pieces = {};
+	bool is_polished = false;  //!< whether the pose has been moved by the last few millimetres
+	bool is_compared = false;  //!< whether that is the best within some centimetres
+	double weight = 0;         //!< [0, 1] likelihood relative to the best place, tempered
 	/// Of pose (x, y, phi) [m^2, m rad, rad^2]; add_covariances() sets it for the places that may be listed.
 	Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fine/end_point_sums.h"
+#include "fine/piece_shifts.h"
 
 namespace d2s1r
 {
@@ -17,7 +18,6 @@ namespace
 constexpr double kModelBeam = mrpt::DEG2RAD(1.0);  //!< [rad]
 constexpr double kMostPassed = 3;                  //!< [-] walls and [m] of unknown space that count
 constexpr double kLeastOfSegment = 3;              //!< [-] explained returns, as beams of the model; two beams at least
-constexpr double kFarthestShift = 0.3;             //!< [m] of the distance of a beam that counts
 constexpr double kBeamsOfPiece = 8;                //!< [-] of 1 deg: so many say each something new of a piece
 constexpr float kWholeCell = 0.99F;                //!< [-] of walls: passes of corners alone are no wall; rounding
 
@@ -54,70 +54,77 @@ double share_of_beam(double beams)
 	return std::sqrt(kBeamsOfPiece / std::max(beams, kBeamsOfPiece));
 }
 
+/// What a beam adds to the likelihood [nat].
+struct BeamTerms
+{
+	double end;    //!< of where it ends, with what its range adds
+	double other;  //!< of what it passed, and of what counts but once
+};
+
 /// Sums up what the pieces of surface that a scan shows lose [nat] against pieces whose returns all lie on walls.
 class PieceSum
 {
    public:
 	/// \param model_beams [-] beams of the model, of 1 deg, that one beam stands for
-	/// \param shift [m] see score()
-	PieceSum(const BeamModel& model, double model_beams, double shift)
-	    : model_(model), model_beams_(model_beams), shift_(shift)
-	{
-	}
+	PieceSum(const BeamModel& model, double model_beams) : model_(model), model_beams_(model_beams) {}
 
-	/// Adds a beam.
-	/// \param end [nat] of its end, with what its range adds
-	/// \param other [nat] of what it passed, and that counts but once
-	void add(double end, double other, float distance, float log_range, bool starts_piece)
+	/// Adds a beam to the piece at hand.
+	void add(const BeamTerms& terms, float log_range)
 	{
-		if (starts_piece) end_piece();
-		beams_++;
 		const double most = model_.on_wall + model_.log_range * static_cast<double>(log_range);
-		ends_ += model_beams_ * (most - end);
-		others_ -= other;
-		squares_ += mrpt::square(std::min(kFarthestShift, static_cast<double>(distance)));
+		ends_ += model_beams_ * (most - terms.end);
+		others_ -= terms.other;
+		beams_++;
 	}
 
-	/// Returns the log-likelihood [nat], 0 at most.
-	double log_likelihood()
+	/// Ends the piece at hand.
+	/// \param by_shift returns what it costs [nat] that the piece stands off the map, by what its ends cost at most
+	template <class ByShift>
+	void end_piece(const ByShift& by_shift)
 	{
-		end_piece();
-		return -loss_;
+		const double share = share_of_beam(model_beams_ * beams_);
+		const double of_ends = share * ends_;
+		loss_ += std::max(0.0, share * others_ + std::min(of_ends, by_shift(of_ends)));
+		ends_ = others_ = beams_ = 0;
 	}
+
+	double log_likelihood() const { return -loss_; }  //!< [nat] of the pieces that have ended, 0 at most
 
    private:
-	/// Adds the loss of the piece at hand: that of its beams, or of its shift.
-	void end_piece()
-	{
-		if (beams_ == 0) return;
-		const double share = share_of_beam(model_beams_ * beams_);
-		const double by_shift = squares_ / beams_ / mrpt::square(shift_) / 2;
-		loss_ += std::max(0.0, share * others_ + std::min(share * ends_, by_shift));
-		ends_ = others_ = squares_ = beams_ = 0;
-	}
-
 	const BeamModel& model_;
-	double model_beams_, shift_;
-	double ends_ = 0, others_ = 0;    //!< [nat] lost by the piece at hand
-	double squares_ = 0, beams_ = 0;  //!< [m^2], [-] of it
-	double loss_ = 0;                 //!< [nat] of all others
+	double model_beams_;
+	double ends_ = 0, others_ = 0;  //!< [nat] lost by the piece at hand
+	double beams_ = 0;              //!< [-] of it
+	double loss_ = 0;               //!< [nat] of all others
 };
+
+/// Calls `of_piece` with the first return and the one after the last return of each piece.
+template <class OfPiece>
+void for_each_piece(const BeamSubset& beams, const OfPiece& of_piece)
+{
+	const std::size_t count = beams.log_range.size();
+	for (std::size_t first = 0, past; first < count; first = past)
+	{
+		past = first + 1;
+		while (past < count && beams.starts_segment[past] == 0) past++;
+		of_piece(first, past);
+	}
+}
 
 /// Sums up the score of one scan, beam by beam.
 class Sum
 {
    public:
-	Sum(const BeamModel& model, double model_beams, double piece_shift)
+	Sum(const BeamModel& model, double model_beams)
 	    : model_(model),
 	      model_beams_(model_beams),
-	      pieces_(model, model_beams, piece_shift),
 	      least_of_segment_(std::max(2L, std::lround(kLeastOfSegment / model_beams)))
 	{
 	}
 
 	/// Adds a beam that passed `walls` [-] and `unknown` space [m], and ends at a distance [m] from the nearest wall.
 	/// \param depth_edge whether there is one between this beam and the last one
-	void add(
+	BeamTerms add(
 	    float distance, Cell cell, float walls, float unknown, float log_range, bool depth_edge, bool starts_segment)
 	{
 		const BeamEnd at_end = classify_end(distance, cell, model_);
@@ -129,11 +136,10 @@ class Sum
 		const bool is_through = walls > kWholeCell, is_explained = at_end.end == End::kWall && !is_through;
 		const double of_run = add_run(at_end.end == End::kOffWall && !is_through);
 		const double of_edge = depth_edge && !is_explained ? -model_.depth_edge : 0;
-		pieces_.add(end, model_beams_ * passed + of_run + of_edge, distance, log_range, starts_segment);
 		add_explained(is_explained, depth_edge, starts_segment);
-		add_distance(distance);
 		returns_++;
 		unknown_metres_ += unknown_metres;
+		return {end, model_beams_ * passed + of_run + of_edge};
 	}
 
 	/// Says that the next beam is no neighbour of the last one.
@@ -144,8 +150,6 @@ class Sum
 	{
 		Score score;
 		score.log_likelihood = log_likelihood_;
-		score.by_pieces = pieces_.log_likelihood();
-		score.off_walls = near_walls_ > 0 ? std::sqrt(squares_ / near_walls_) : 0;
 		score.explained = returns_ > 0 ? static_cast<double>(explained_) / returns_ : 0;
 		score.returns = model_beams_ * returns_;
 		score.contradicted = model_beams_ * (returns_ - explained_ - in_front_);
@@ -156,14 +160,6 @@ class Sum
 
    private:
 	static double counted(float passed) { return std::min(static_cast<double>(passed), kMostPassed); }
-
-	void add_distance(float distance)
-	{
-		constexpr float kNear = 0.15F;  // [m]
-		if (distance >= kNear) return;
-		squares_ += mrpt::square(static_cast<double>(distance));
-		near_walls_++;
-	}
 
 	/// Charges a run of beams that end in front of walls once.
 	/// \return what it charged [nat]
@@ -188,11 +184,9 @@ class Sum
 
 	const BeamModel& model_;
 	double model_beams_;  //!< [-] beams of the model, of 1 deg, that one beam stands for
-	PieceSum pieces_;
 	long least_of_segment_;
 	double log_likelihood_ = 0, unknown_metres_ = 0;
-	double squares_ = 0;  //!< [m^2] of the distances of returns near walls
-	int near_walls_ = 0, returns_ = 0, explained_ = 0, in_front_ = 0, segments_ = 0, of_segment_ = 0;
+	int returns_ = 0, explained_ = 0, in_front_ = 0, segments_ = 0, of_segment_ = 0;
 	bool was_in_front_ = false, was_explained_ = false;
 };
 
@@ -208,30 +202,57 @@ double of_no_returns(
 		if (traced.walls[i] > kWholeCell) sum += model.no_return_at_wall;
 	return beams.spacing / kModelBeam * sum;
 }
-}  // namespace
 
-Score score(
+/// Returns the score of the beams that returned. \param take takes the terms of each
+template <class Take>
+Score sum_of_returns(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
-    const BeamModel& model, double piece_shift)
+    const BeamModel& model, const Take& take)
 {
 	thread_local TracedBeams traced;
 	thread_local std::vector<float> to_wall;
 	tracer.trace(beams.returns, sensor, traced);
 	distances_of_ends(field, beams.returns, sensor, to_wall);
-	Sum sum(model, beams.spacing / kModelBeam, piece_shift);
+	Sum sum(model, beams.spacing / kModelBeam);
 	for (std::size_t i = 0; i < beams.log_range.size(); i++)
 	{
 		if (beams.starts_run[i] != 0) sum.end_run();
-		sum.add(
+		take(sum.add(
 		    to_wall[i], static_cast<Cell>(traced.end[i]), traced.walls[i], traced.unknown[i], beams.log_range[i],
-		    beams.depth_edge[i] != 0, beams.starts_segment[i] != 0);
+		    beams.depth_edge[i] != 0, beams.starts_segment[i] != 0));
 	}
-	Score score = sum.result();
-	const double of_others = of_no_returns(tracer, beams, sensor, model);
-	score.log_likelihood += of_others;
-	const double others = beams.spacing / kModelBeam * static_cast<double>(beams.count - beams.log_range.size());
-	score.by_pieces += share_of_beam(others) * of_others;  // those that saw nothing are one piece
+	return sum.result();
+}
+}  // namespace
+
+Score score(
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model)
+{
+	Score score = sum_of_returns(tracer, field, beams, sensor, model, [](const BeamTerms&) {});
+	score.log_likelihood += of_no_returns(tracer, beams, sensor, model);
 	return score;
+}
+
+double log_likelihood_by_pieces(
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model)
+{
+	thread_local std::vector<BeamTerms> terms;
+	terms.clear();
+	sum_of_returns(tracer, field, beams, sensor, model, [](const BeamTerms& of_beam) { terms.push_back(of_beam); });
+	PieceSum pieces(model, beams.spacing / kModelBeam);
+	PieceShifts shifts(field, beams.returns, sensor);
+	for_each_piece(
+	    beams,
+	    [&](std::size_t first, std::size_t past)
+	    {
+		    for (std::size_t i = first; i < past; i++) pieces.add(terms[i], beams.log_range[i]);
+		    pieces.end_piece([&](double most) { return shifts.cost_of(first, past, most); });
+	    });
+	const double others = beams.spacing / kModelBeam * static_cast<double>(beams.count - beams.log_range.size());
+	const double of_others = share_of_beam(others) * of_no_returns(tracer, beams, sensor, model);  // one piece
+	return pieces.log_likelihood() + of_others;
 }
 
 double greatest_log_likelihood(const BeamSubset& beams, const BeamModel& model)
@@ -266,7 +287,13 @@ Bound bound_of(
 	distances_of_ends(field, beams.returns, sensor, to_wall);
 	const auto no_returns = static_cast<double>(beams.count - beams.log_range.size());
 	double sum = kRounding + model_beams * no_returns * gain(model.no_return_at_wall);
-	PieceSum pieces(model, model_beams, kPieceShift);
+	PieceSum pieces(model, model_beams);
+	double squares = 0, of_piece = 0;  // [m^2] of the distances of the piece at hand, [-] its beams
+	const auto end_piece = [&]
+	{
+		pieces.end_piece([&](double) { return squares / of_piece / (2 * mrpt::square(kPieceShift)); });
+		squares = of_piece = 0;
+	};
 	bool was_on_wall = false, was_off_wall = false;
 	double left_of_run = 0;  // [nat] The beams of a run off the walls are charged for it, or each for a wall it passed.
 	for (std::size_t i = 0; i < beams.log_range.size(); i++)
@@ -276,7 +303,10 @@ Bound bound_of(
 		const float log_range = beams.log_range[i];
 		const double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
 		sum += model_beams * (at_end.log_likelihood + by_range + most_by_beam);
-		pieces.add(at_end.log_likelihood + by_range, 0, to_wall[i], log_range, beams.starts_segment[i] != 0);
+		if (i > 0 && beams.starts_segment[i] != 0) end_piece();
+		pieces.add({at_end.log_likelihood + by_range, 0}, log_range);
+		squares += mrpt::square(std::min(kFarthestShift, static_cast<double>(to_wall[i])));
+		of_piece++;
 		if (beams.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
 		if (off_wall)
 		{
@@ -288,6 +318,7 @@ Bound bound_of(
 		was_on_wall = on_wall;
 		was_off_wall = off_wall;
 	}
+	if (of_piece > 0) end_piece();
 	return {sum, pieces.log_likelihood()};
 }
 

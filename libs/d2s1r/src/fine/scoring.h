@@ -11,17 +11,12 @@ namespace d2s1r
 struct Score
 {
 	double log_likelihood = 0;  //!< [nat] against beams that end anywhere, higher is better
-	double by_pieces = 0;       //!< [nat] see score(); 0 at most, higher is better
-	double off_walls = 0;       //!< [m] root mean square distance to the walls of the returns within 15 cm of one
 	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
 	double returns = 0;         //!< [-] all returns, as beams of 1 deg
 	double contradicted = 0;    //!< [-] of these, those that are not explained and end at no object in front of a wall
 	double unknown_metres = 0;  //!< [m] of unknown space that these beams passed, at most three each
 	int segments = 0;           //!< [-] segments of the scan with explained returns over 3 deg
 };
-
-/// [m] Standard deviation by which a piece of surface may be off from the map, where nothing is known of the map.
-inline constexpr double kPieceShift = 0.10;
 
 /// Scores a scan at a pose by a beam model that looks at the whole beam: where it ends, how many walls it passed and
 /// how much unknown space. Neighbouring beams see the same object, so it is runs of them that count if they end in
@@ -31,17 +26,19 @@ inline constexpr double kPieceShift = 0.10;
 ///
 /// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
 /// CoarseSearch and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability.
-/// experiments/learn.py learns them.
-///
-/// A map is a measurement, and the beams on one piece of surface (a segment of the scan) are off together. So a second
-/// log-likelihood counts pieces. A piece of n returns counts as much as sqrt(8 n) of them, if n of 1 deg are more than
-/// eight. Its returns lose what those of a piece whose returns all lie on walls would have had; but where they end,
-/// they lose no more than what it costs to have the piece off the map by as much as they are: (their mean square
-/// distance to the walls) / (2 piece_shift^2). Beams that saw nothing are one piece. Thread-safe.
-/// \param piece_shift [m] standard deviation by which a piece is off from the map
+/// experiments/learn.py learns them. Thread-safe.
 Score score(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
-    const BeamModel& model, double piece_shift = kPieceShift);
+    const BeamModel& model);
+
+/// Returns the log-likelihood [nat] of a scan at a pose by the pieces of surface that it shows, 0 at most. A map is a
+/// measurement, and the beams on one piece (a segment of the scan) are off together: a piece of n returns counts as
+/// much as sqrt(8 n) of them, if n of 1 deg are more than eight. Its returns lose what those of a piece whose returns
+/// all lie on walls would have had; but where they end, they lose no more than what it costs to have the piece off the
+/// map by as much as they are (PieceShifts). Beams that saw nothing are one piece. Thread-safe.
+double log_likelihood_by_pieces(
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model);
 
 /// A score, and where it was found.
 struct ScoredPose
@@ -63,7 +60,7 @@ double greatest_log_likelihood(const BeamSubset& beams, const BeamModel& model);
 struct Bound
 {
 	double log_likelihood;  //!< [nat] that of score() cannot exceed it
-	double by_pieces;       //!< [nat] as Score has it
+	double by_pieces;       //!< [nat] that of log_likelihood_by_pieces(), as if each piece were off by itself
 };
 
 /// Returns what the ends of the beams tell of score(). It takes much less time. Thread-safe.
