@@ -37,7 +37,7 @@ from learning import look_alikes  # noqa: E402
 PROJECT = pathlib.Path(__file__).resolve().parents[1]
 # Start, least and greatest of each constant; the search is over their logarithms.
 CONSTANTS = {
-    "same_power": (10, 0.2, 100), "least_evidence": (-5, -30, -1),
+    "same_power": (10, 0.2, 100), "least_evidence": (-5, -8, -1),
     "most_absence": (2, 1, 10),  # no drive leaves its map for long, so that these would learn never to say so
     "carried_away": (1e-4, 1e-7, 1e-1), "gone_missing": (1e-3, 1e-7, 1e-1), "found_again": (0.1, 1e-4, 1)}
 MORE_WRONG = 0.1  # [nat] a frame, if a share that is wrong is twice that of single scans

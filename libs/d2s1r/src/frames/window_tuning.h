@@ -8,12 +8,12 @@ namespace d2s1r
 /// What the frames of a window tell of places: see posterior(). learn_windows.py learns it.
 struct WindowModel
 {
-	double same_power = 9.8;       //!< [-] of the share of surfaces that two scans show: their correlation
-	double least_evidence = -5.8;  //!< [nat] the least that a frame says of a place: people may have hidden it
-	double most_absence = 1.7;     //!< [nat] the most that a frame says for that no place is right
-	double carried_away = 1e-4;    //!< [0, 1] probability that the robot came to a given other place between two frames
-	double gone_missing = 1e-3;    //!< [0, 1] probability that it left all places that are followed
-	double found_again = 0.1;      //!< [0, 1] probability that it came from none of these to a given one
+	double same_power = 4.4;     //!< [-] of the share of surfaces that two scans show: their correlation
+	double least_evidence = -8;  //!< [nat] the least that a frame says of a place: people may have hidden it
+	double most_absence = 2;     //!< [nat] the most that a frame says for that no place is right
+	double carried_away = 1e-4;  //!< [0, 1] probability that the robot came to a given other place between two frames
+	double gone_missing = 1e-3;  //!< [0, 1] probability that it left all places that are followed
+	double found_again = 0.12;   //!< [0, 1] probability that it came from none of these to a given one
 };
 
 /// The parameters of windows that no application sets.
