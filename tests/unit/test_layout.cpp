@@ -147,8 +147,9 @@ TEST(Layout, FoldersCanBeSurveyed)
 	for (const fs::path& file : files_below(kLibrary / "src")) files[file.parent_path().filename().string()]++;
 	for (const auto& [folder, count] : files) EXPECT_LE(count, 15) << folder << kTooManyInFolder;
 	// Six of them are the least squares of the calibration, where they start, and what they say; three are the state of
-	// a tracker, where it looks at a scan and what it believes, which one file of 674 lines held.
-	EXPECT_LE(files_below(kLibrary / "src").size(), 122U) << kTooMany;
+	// a tracker, where it looks at a scan and what it believes, which one file of 674 lines held; two are the shifts of
+	// pieces of surface.
+	EXPECT_LE(files_below(kLibrary / "src").size(), 124U) << kTooMany;
 	// The calibration of the laser, and fused poses, which need no MRPT, are two of them.
 	EXPECT_LE(files_below(kLibrary / "include").size() + 1, 18U) << "with version.h, which is generated: " << kTooMany;
 }
