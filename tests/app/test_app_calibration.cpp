@@ -200,7 +200,12 @@ TEST_F(AppCalibration, FewScansNarrowViewsAndRoughOdometry)
 		ToldDrive narrow;
 		narrow.drive.field_of_view = 1.5 * M_PI;
 		narrow.drive.truth.laser.phi = turned * kDegree;
-		expect_right("270 deg turned by " + std::to_string(turned), narrow);
+		// Where a narrow view is ambiguous, no calibration helps: as many are right as of a laser that is told rightly.
+		const Words rightly = {"--sensor-pose", "0.2,0,0.2," + std::to_string(turned) + ",0,0"};
+		const Score best = score_of(narrow, rightly), own = score_of(narrow);
+		EXPECT_GE(own.right, best.right) << "270 deg turned by " << turned << '\n' << said_;
+		EXPECT_EQ(own.wrong, 0U) << turned;
+		EXPECT_GT(best.right, 30U) << turned;
 		ToldDrive rough;
 		rough.drive.odometry_error = 0.2;
 		rough.drive.truth.laser.phi = turned * kDegree;
