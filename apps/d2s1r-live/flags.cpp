@@ -170,6 +170,22 @@ std::string note_on_unknown(const CLI::App& parser, const std::vector<std::strin
 	return line;
 }
 
+std::string joined(const std::vector<std::string>& texts)
+{
+	std::string all;
+	for (const std::string& text : texts) all += (all.empty() ? "" : ",") + text;
+	return all;
+}
+
+bool parse_truth(const std::string& parameter, std::string text)
+{
+	std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+	if (text == "true" || text == "yes" || text == "on" || text == "y") return true;
+	if (text != "false" && text != "no" && text != "off" && text != "n")
+		throw app::UserError(app::kWrongUse, "parameter '" + parameter + "'", "'" + text + "' is not true or false");
+	return false;
+}
+
 /// Returns the words that say the same as parameters of the node. Those without a value count as not given.
 std::vector<std::string> words_of(const CLI::App& parser, const std::vector<Parameter>& parameters, Flags& flags)
 {
@@ -179,21 +195,22 @@ std::vector<std::string> words_of(const CLI::App& parser, const std::vector<Para
 		if (const CLI::Option* const option = option_of(parser, parameter.name))
 			values[option] = parameter.values;
 		else if (parameter.name == "use_sim_time")
-			flags.ignores_clock = parameter.values.front() == "false" || parameter.values.front() == "False";
+		{
+			const std::string text = joined(parameter.values);
+			flags.ignores_clock = !text.empty() && !parse_truth(parameter.name, text);
+		}
 		else
 			unknown.push_back(parameter.name);
 	if (const std::string note = note_on_unknown(parser, unknown); !note.empty()) flags.notes.push_back(note);
 	std::vector<std::string> words;
 	for (const auto& [option, texts] : values)
 	{
-		const std::string name = "--" + option->get_lnames().front();
-		std::string joined;
-		for (const std::string& text : texts) joined += (joined.empty() ? "" : ",") + text;
+		const std::string name = "--" + option->get_lnames().front(), text = joined(texts);
 		if (option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll)
-			for (const std::string& text : texts) words.push_back(name + "=" + text);
-		else if (option->get_items_expected_max() > 0 && !joined.empty())
-			words.push_back(name + "=" + joined);
-		else if (joined == "true" || joined == "True")
+			for (const std::string& one : texts) words.push_back(name + "=" + one);
+		else if (!text.empty() && option->get_items_expected_max() > 0)
+			words.push_back(name + "=" + text);
+		else if (!text.empty() && parse_truth(option->get_lnames().front(), text))
 			words.push_back(name);
 	}
 	return words;

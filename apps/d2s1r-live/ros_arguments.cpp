@@ -5,6 +5,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
+#include <ios>
 #include <optional>
 
 namespace d2s1r::live
@@ -12,6 +15,7 @@ namespace d2s1r::live
 namespace
 {
 constexpr const char* kAssigned = ":=";
+constexpr const char* kNotAName = "is no name in ROS; write letters, digits and _, which begin with no digit";
 
 [[noreturn]] void refuse_word(const std::string& word, const std::string& what)
 {
@@ -36,6 +40,21 @@ std::vector<std::string> tokens_of(const std::string& path)
 		start = end + 1;
 	}
 	return tokens;
+}
+
+bool is_token(const std::string& text)
+{
+	const auto fits_in = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
+	return !text.empty() && std::isdigit(static_cast<unsigned char>(text.front())) == 0 &&
+	       std::all_of(text.begin(), text.end(), fits_in);
+}
+
+bool is_topic(const std::string& text)
+{
+	const auto tokens = tokens_of(text);
+	std::string whole;
+	for (const std::string& token : tokens) whole += "/" + token;
+	return text == whole && std::all_of(tokens.begin(), tokens.end(), is_token);
 }
 
 /// Returns whether a node's full name fits a pattern, in which * stands for one part and ** for any number of them.
@@ -68,14 +87,12 @@ std::vector<std::string> texts_of(const YAML::Node& value)
 	return texts;
 }
 
-/// Takes the parameters below a key. Names of nested ones are joined by dots.
-void take_parameters(const YAML::Node& values, const std::string& prefix, std::vector<Parameter>& parameters)
+/// Takes a parameter, or those of a map, whose names are joined by dots.
+void take_parameters(const YAML::Node& value, const std::string& name, std::vector<Parameter>& parameters)
 {
-	for (const auto& item : values)
-		if (item.second.IsMap())
-			take_parameters(item.second, prefix + item.first.Scalar() + ".", parameters);
-		else
-			parameters.push_back({prefix + item.first.Scalar(), texts_of(item.second)});
+	if (!value.IsMap()) return parameters.push_back({name, texts_of(value)});
+	for (const auto& item : value)
+		take_parameters(item.second, (name.empty() ? "" : name + ".") + item.first.Scalar(), parameters);
 }
 
 /// Takes what a file of parameters holds about this node. \param path of the keys above
@@ -155,9 +172,10 @@ class ArgumentReader
 		const auto colon = name.find(':');
 		if (colon == std::string::npos) return name;
 		const std::string prefix = name.substr(0, colon);
-		if (prefix == "rostopic") return name.substr(name.find_first_not_of('/', colon + 1));
+		const std::string rest = name.substr(colon + 1);
+		if (prefix == "rostopic") return rest.substr(std::min(rest.find_first_not_of('/'), rest.size()));
 		if (prefix != all_.names.node) return std::nullopt;
-		return name.substr(colon + 1);
+		return rest;
 	}
 
 	void take_rule(const std::pair<std::string, std::string>& rule)
@@ -165,7 +183,10 @@ class ArgumentReader
 		const auto from = for_this_node(rule.first);
 		if (!from) return;
 		if (*from == "__node" || *from == "__name")
+		{
+			if (!is_token(rule.second)) refuse_word(rule.second, kNotAName);
 			all_.names.node = rule.second;
+		}
 		else if (*from == "__ns")
 			all_.names.space = "/" + joined(tokens_of(rule.second));
 		else
@@ -185,7 +206,9 @@ class ArgumentReader
 		if (!name) return;
 		try
 		{
-			later_.push_back({"", {*name, texts_of(YAML::Load(assigned.second))}});
+			std::vector<Parameter> parameters;
+			take_parameters(YAML::Load(assigned.second), *name, parameters);
+			for (Parameter& parameter : parameters) later_.push_back({"", std::move(parameter)});
 		}
 		catch (const YAML::Exception&)
 		{
@@ -198,6 +221,9 @@ class ArgumentReader
 		const auto at = text.find(kAssigned);
 		std::string level = at == std::string::npos ? text : text.substr(at + 2);
 		std::transform(level.begin(), level.end(), level.begin(), [](unsigned char c) { return std::tolower(c); });
+		constexpr std::array<const char*, 6> kLevels = {"unset", "debug", "info", "warn", "error", "fatal"};
+		if (std::find(kLevels.begin(), kLevels.end(), level) == kLevels.end())
+			refuse_word(text, "is not a level; write debug, info, warn, error or fatal after --log-level");
 		if (level == "error" || level == "fatal") all_.errors_only = true;
 	}
 
@@ -217,6 +243,10 @@ class ArgumentReader
 				take_file(YAML::LoadFile(file), "", all_.names, all_.parameters);
 			}
 			catch (const YAML::BadFile&)
+			{
+				refuse_word(file, "cannot be read; check the path after --params-file");
+			}
+			catch (const std::ios_base::failure&)  // a folder
 			{
 				refuse_word(file, "cannot be read; check the path after --params-file");
 			}
@@ -244,10 +274,12 @@ std::string Names::expand(const std::string& topic) const
 
 std::string Names::resolve(const std::string& topic) const
 {
-	const std::string full = expand(topic);
-	for (const auto& [from, to] : rules_)
-		if (expand(from) == full) return expand(to);
-	return full;
+	std::string name = expand(topic);
+	const auto rule =
+	    std::find_if(rules_.begin(), rules_.end(), [&](const auto& given) { return expand(given.first) == name; });
+	if (rule != rules_.end()) name = expand(rule->second);
+	if (!is_topic(name)) refuse_word(name, kNotAName);
+	return name;
 }
 
 RosArguments parse_ros_arguments(int argc, char** argv)

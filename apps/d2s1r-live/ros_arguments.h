@@ -16,7 +16,7 @@ class Names
 	std::string space = "/";  //!< namespace; it begins with a slash and ends without one, unless it is the root
 
 	/// Returns the full name of a topic: a relative one is in the namespace, "~" is the node, and the first rule that
-	/// fits decides.
+	/// fits decides. \throws UserError (kWrongUse) if ROS has no topics of such names
 	std::string resolve(const std::string& topic) const;
 
 	/// Adds a rule. Both of its sides may be relative.

@@ -220,6 +220,32 @@ TEST(RosArguments, WhatIsMalformedIsRefused)
 	EXPECT_NE(refusal_of({"--ros-args", "-r", "scan"}).find("write NAME:=VALUE"), std::string::npos);
 	EXPECT_NE(refusal_of({"--ros-args", "--scan", "/x"}).find("--scan: is not an argument of ROS"), std::string::npos);
 	EXPECT_NE(refusal_of({"scan:=/x"}).find("write --ros-args -r scan:=/x"), std::string::npos);
+	EXPECT_NE(refusal_of({"--ros-args", "--params-file", "/"}).find("/: cannot be read"), std::string::npos);
+	EXPECT_NE(refusal_of({"--ros-args", "--log-level", "loud"}).find("loud: is not a level"), std::string::npos);
+}
+
+TEST(RosArguments, ParametersThatAreTrueOrFalseAreNothingElse)
+{
+	for (const std::string wrong : {"5", "maybe", "[true, true]"})
+		for (const std::string name : {"track", "use_sim_time"})
+			EXPECT_EQ(refusal_of({"--ros-args", "-p", name + ":=" + wrong}).find("parameter '" + name + "': '"), 0U)
+			    << name << " " << wrong;
+	EXPECT_TRUE(flags_of({"--ros-args", "-p", "track:=yes"}).settings.track);
+	EXPECT_FALSE(flags_of({"--ros-args", "-p", "track:=off"}).settings.track);
+	EXPECT_TRUE(flags_of({"--ros-args", "-p", "use_sim_time:=FALSE"}).ignores_clock);
+	EXPECT_FALSE(flags_of({"--ros-args", "-p", "use_sim_time:=[]"}).ignores_clock) << "as if not given";
+	EXPECT_EQ(flags_of({"--ros-args", "-p", "track:={of: 1}"}).notes.size(), 1U) << "track.of is no option";
+}
+
+TEST(RosArguments, NamesThatRosCannotHaveAreRefused)
+{
+	for (const std::string wrong : {"front scan", "/front//scan", "/front/", "1scan", "/front-scan", "{ns}"})
+		EXPECT_THROW(topic({"--ros-args", "-r", "scan:=" + wrong}, "scan"), app::UserError) << wrong;
+	EXPECT_THROW(topic({"--ros-args", "-r", "__ns:=robot 1"}, "scan"), app::UserError);
+	EXPECT_THROW(topic({}, "/front scan"), app::UserError);
+	for (const std::string wrong : {"a b", "a/b", "7"})
+		EXPECT_EQ(refusal_of({"--ros-args", "-r", "__node:=" + wrong}).find(wrong + ": is no name in ROS"), 0U);
+	EXPECT_EQ(topic({"--ros-args", "-r", "rostopic://:=x"}, "scan"), "/scan");
 }
 
 TEST(Environment, SaysWhichPeersAreFound)
