@@ -115,7 +115,7 @@ bool RunningCalibration::add(
 	// The laser was found where it is, by whatever reading.
 	found.laser = robot + calibration::from_above(in_use_.sensor_pose.value_or(laser));
 	scans_.emplace_back(&map, std::move(found));
-	add_odometry(readings);
+	add_odometry(readings, scan.time);
 	std::vector<calibration::FoundScan> scans;  // in this map
 	for (const auto& [its_map, its_scan] : scans_)
 		if (its_map == &map) scans.push_back(its_scan);
@@ -173,13 +173,13 @@ bool RunningCalibration::miss(const UncalibratedScan& scan, const Finder& is_fou
 	return true;
 }
 
-void RunningCalibration::add_odometry(const Readings& readings)
+void RunningCalibration::add_odometry(const Readings& readings, Time scan)
 {
 	constexpr Time kAround = 6 * kSecond, kSameTime = kSecond / 1000;  // [ns] before a scan; of two times
 	const double newest = odometry_.empty() ? 0 : odometry_.back().time;
 	for (const auto& [time, pose] : readings)
 	{
-		if (seconds(time) <= newest || time < stamps_.back() - kAround) continue;
+		if (seconds(time) <= newest || time < scan - kAround) continue;
 		odometry_.push_back({seconds(time), pose});
 		const auto stamp = std::lower_bound(stamps_.begin(), stamps_.end(), time - kSameTime);
 		with_scans_ += stamp != stamps_.end() && *stamp <= time + kSameTime;

@@ -86,7 +86,7 @@ class RunningCalibration
 	static constexpr std::size_t kFirst = 8, kMost = 60;  //!< [-] scans by which it calibrates first, and that it keeps
 
 	bool take(const UncalibratedScan& scan);
-	void add_odometry(const Readings& readings);
+	void add_odometry(const Readings& readings, Time scan);
 	bool calibrate(const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest);
 	calibration::Given given_with(const UncalibratedScan& scan) const;
 	void mount(const Overrides& overrides);
