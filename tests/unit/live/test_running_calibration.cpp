@@ -101,6 +101,15 @@ TEST(RunningCalibration, BelievesAGivenPoseWhateverTfSays)
 	EXPECT_TRUE(drive.calibration.is_confirmed());
 }
 
+TEST(RunningCalibration, BeginsAnewWithALaserThatIsElsewhere)
+{
+	CircleDrive drive;
+	for (int i = 0; i < 4; i++) EXPECT_FALSE(drive.find()) << i;
+	drive.robot.laser_on_robot = drive.told = CPose3D(-0.3, 0, 0.3, 0, 0, 0);
+	for (int i = 0; i < 4; i++) EXPECT_FALSE(drive.find()) << i;
+	EXPECT_FALSE(drive.calibration.is_contradicted());
+}
+
 TEST(RunningCalibration, TriesNoOtherMountingOfALaserThatTheDriveConfirms)
 {
 	CircleDrive drive;
