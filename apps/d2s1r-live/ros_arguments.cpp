@@ -1,14 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "ros_arguments.h"
 
+#include <base/file_text.h>
 #include <shell/errors.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <ios>
 #include <optional>
+#include <stdexcept>
 
 namespace d2s1r::live
 {
@@ -20,6 +21,23 @@ constexpr const char* kNotAName = "is no name in ROS; write letters, digits and 
 [[noreturn]] void refuse_word(const std::string& word, const std::string& what)
 {
 	throw app::UserError(app::kWrongUse, word, what);
+}
+
+/// Reads a file of parameters as bytes: yaml-cpp 0.7 leaks its buffer where a path is a folder.
+std::string text_of(const std::string& file)
+{
+	constexpr std::size_t kLongestFile = 1 << 18;  // [byte] all options of the program take a hundredth of it
+	std::string text;
+	try
+	{
+		text = read_text(file, kLongestFile + 1);
+	}
+	catch (const std::runtime_error& error)
+	{
+		refuse_word(file, error.what());
+	}
+	if (text.size() > kLongestFile) refuse_word(file, "is longer than 256 kB; name a file of parameters");
+	return text;
 }
 
 std::pair<std::string, std::string> parse_assignment(const std::string& flag, const std::string& text)
@@ -238,17 +256,10 @@ class ArgumentReader
 				all_.parameters.push_back(std::move(parameter));
 				continue;
 			}
+			const std::string text = text_of(file);
 			try
 			{
-				take_file(YAML::LoadFile(file), "", all_.names, all_.parameters);
-			}
-			catch (const YAML::BadFile&)
-			{
-				refuse_word(file, "cannot be read; check the path after --params-file");
-			}
-			catch (const std::ios_base::failure&)  // a folder
-			{
-				refuse_word(file, "cannot be read; check the path after --params-file");
+				take_file(YAML::Load(text), "", all_.names, all_.parameters);
 			}
 			catch (const YAML::Exception& error)
 			{
