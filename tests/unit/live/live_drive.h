@@ -8,7 +8,7 @@ namespace d2s1r::test
 {
 using namespace d2s1r::live;
 
-inline constexpr Time kStep = kSecond / 10;  // [ns] between scans
+inline constexpr Time kStep = kSecond / 10;  // [ns] between scans, if a test does not say else
 
 /// A robot in make_floor() whose messages reach a LiveLocalizer.
 struct Drive
@@ -39,7 +39,7 @@ struct Drive
 	/// A step of the robot and its scan. \return the answer, if there is one
 	std::optional<ScanAnswer> step(double ahead = 0.03, double turn = 0.15)
 	{
-		robot.time += kStep;
+		robot.time += period;
 		robot.move(ahead, turn);
 		if (has_odometry) live.add_transforms(robot.odometry_transform(), false);
 		if (tells_pose)
@@ -68,6 +68,14 @@ struct Drive
 		for (int i = 0; i < count; i++) step(ahead, turn);
 	}
 
+	/// Lets time pass with two scans in each second.
+	void wait(int seconds)
+	{
+		period = kSecond / 2;
+		steps(2 * seconds);
+		period = kStep;
+	}
+
 	bool was_told(const std::string& part) const
 	{
 		return std::any_of(
@@ -81,6 +89,7 @@ struct Drive
 	LiveLocalizer live;
 	SimulatedRobot robot;
 	SimpleTracker tracker;
+	Time period = kStep;  //!< [ns] between scans
 	bool has_odometry = true;
 	bool tells_pose = true;
 	bool takes_seeds = true;

@@ -86,18 +86,16 @@ TEST(LiveLocalizer, SeedsATrackerThatWasKilledAndStartedAgain)
 				const std::size_t before = drive.seeds.size();
 				drive.tracker = {};         // it says nothing any more
 				constexpr int kLease = 10;  // [s]
-				for (int i = 0; i < 10 * seconds; i++)
-				{
-					drive.step();
-					if (i == 10 * kLease) drive.live.set_tracker_readers(0, ever);
-				}
+				drive.wait(std::min(seconds, kLease));
+				if (seconds > kLease) drive.live.set_tracker_readers(0, ever);
+				drive.wait(std::max(0, seconds - kLease));
 				EXPECT_EQ(drive.seeds.size(), before) << "there is nobody to tell";
 				drive.live.set_tracker_readers(seconds < kLease ? 2 : 1, ++ever);
 				drive.steps(10);
 				ASSERT_EQ(drive.seeds.size(), before + 1) << "within a second, after " << seconds << " s";
 				const auto& [seed, truth] = drive.seeds.back();
 				EXPECT_LT(distance_between(seed.pose, truth), 0.1);
-				drive.steps(100);
+				drive.wait(kLease);
 				drive.live.set_tracker_readers(1, ever);
 				drive.steps(20);
 				EXPECT_EQ(drive.seeds.size(), before + 1) << "it took the seed";
