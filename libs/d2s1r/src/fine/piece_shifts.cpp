@@ -61,7 +61,8 @@ PieceShifts::Piece PieceShifts::piece_of(std::size_t first, std::size_t past) co
 		const Distance at = field_.at(sensor_.x() + end.x(), sensor_.y() + end.y());
 		const double distance = std::min(kFarthestShift, static_cast<double>(at.value));
 		const Eigen::Vector2d slope(at.gradient_x, at.gradient_y);
-		if (slope.norm() > kLeastSlope) piece.off += distance * slope.normalized().dot(piece.normal);
+		const double steepness = slope.norm();
+		if (steepness > kLeastSlope) piece.off += distance * slope.dot(piece.normal) / steepness;
 		squares += mrpt::square(distance);
 		piece.middle += end;
 	}
