@@ -816,7 +816,7 @@ py::dict calibrate_of(
     std::array<double, 2> sweep_time)
 {
 	constexpr std::array<const char*, calibration::kUnknowns> kNames = {
-	    "yaw", "x", "y", "first_beam", "duration", "angle_scale", "range_factor", "way_scale", "turn_scale"};
+	    "yaw", "x", "y", "start", "duration", "angle_scale", "range_factor", "way_scale", "turn_scale"};
 	constexpr std::array<const char*, 3> kVerdicts = {"not shown", "as told", "changed"};
 	const auto robots = timed_poses("calibrate", times, poses),
 	           wheels = timed_poses("calibrate: odometry", odometry_times, odometry);
@@ -824,7 +824,7 @@ py::dict calibrate_of(
 	const auto laser = sensor_pose_of(sensor_pose);
 	calibration::Reading told;
 	told.laser = calibration::from_above(laser);
-	told.duration = sweep_time[0], told.first_beam = sweep_time[1];
+	told.duration = sweep_time[0], told.start = sweep_time[1] + std::min(0.0, told.duration);
 	std::vector<calibration::FoundScan> scans;
 	for (std::size_t i = 0; i < ranges.size(); i++)
 		scans.push_back(calibration::found_scan(
@@ -856,7 +856,7 @@ void bind_calibration(py::module_& module)
 	    "calibrate", &calibrate_of, "localizer"_a, "ranges"_a, "times"_a, "poses"_a, "angle_min"_a, "angle_increment"_a,
 	    "max_range"_a, "odometry_times"_a, "odometry"_a, "sensor_pose"_a = std::vector<double>{}, py::kw_only(),
 	    "sweep_time"_a = std::array<double, 2>{0, 0},
-	    "Returns how a laser must be read, as a drive through the map shows it: a dict of yaw, x, y, first_beam, "
+	    "Returns how a laser must be read, as a drive through the map shows it: a dict of yaw, x, y, start, "
 	    "duration, angle_scale, range_factor, way_scale and turn_scale, each with told, estimate, std, verdict ('not "
 	    "shown', 'as told' or 'changed'), log_odds, and shown, the value to use; and is_odometry_mirrored, "
 	    "odometry_clock [s] and is_changed.\n\n"

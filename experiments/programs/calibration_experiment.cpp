@@ -32,7 +32,7 @@ test::DriveSettings settings_of(unsigned drive)
 	settings.truth.laser = {between(-0.5, 0.5), between(-0.5, 0.5), between(-M_PI, M_PI)};
 	const double period = 1 / between(5, 40);
 	settings.truth.duration = between(-1, 1) * std::min(0.2, period);
-	settings.truth.first_beam = between(-0.2, 0.2);
+	settings.truth.start = between(-0.2, 0.2);
 	settings.truth.range_factor = between(0.97, 1.03);
 	return settings;
 }
@@ -114,7 +114,7 @@ int main(int count, char** arguments)
 	print_row(drives, calibration::kYaw, "yaw [deg]", test::kDegree, "0.2");
 	print_row(drives, calibration::kX, "x [cm]", 0.01, "2");
 	print_row(drives, calibration::kY, "y [cm]", 0.01, "2");
-	print_row(drives, calibration::kFirstBeam, "delay [ms]", 0.001, "5");
+	print_row(drives, calibration::kStart, "delay [ms]", 0.001, "5");
 	print_row(drives, calibration::kDuration, "sweep [ms]", 0.001, "10");
 	print_row(drives, calibration::kRangeFactor, "factor of ranges [%]", 0.01, "0.2");
 	return 0;

@@ -84,7 +84,7 @@ TEST_F(AppCalibration, StampsAtTheEndOrTheMiddleOfTheSweep)
 		{
 			ToldDrive told(rate);
 			told.drive.truth.duration = told.told_duration = 0.1;
-			told.drive.truth.first_beam = -share * 0.1;
+			told.drive.truth.start = -share * 0.1;
 			expect_right(std::to_string(rate) + " rad/s, stamped at " + std::to_string(share), told);
 		}
 }
@@ -94,9 +94,11 @@ TEST_F(AppCalibration, BeamsInAnotherOrderOrOtherTimes)
 	for (const double rate : {1., 2.})
 	{
 		ToldDrive reversed(rate);
-		reversed.told_duration = reversed.drive.truth.first_beam = 0.1;
+		reversed.told_duration = 0.1;
 		reversed.drive.truth.duration = -0.1;
 		expect_right("reversed at " + std::to_string(rate), reversed);
+		reversed.drive.odometry_error = 0.15;
+		expect_right("reversed, rough odometry, at " + std::to_string(rate), reversed);
 		ToldDrive too_small(rate);
 		too_small.told_duration = 0.01;
 		too_small.drive.truth.duration = 0.2;
@@ -115,6 +117,12 @@ TEST_F(AppCalibration, OdometryOfAnotherClock)
 		told.drive.truth.odometry_clock = clock;
 		told.drive.truth.duration = told.told_duration = 0.1;
 		expect_right("odometry off by " + std::to_string(clock) + " s", told);
+	}
+	for (const double clock : {0.3, -0.3})
+	{
+		ToldDrive few(0.4, 8);
+		few.drive.truth.odometry_clock = clock;
+		expect_right("8 scans, odometry off by " + std::to_string(clock) + " s", few);
 	}
 }
 
@@ -160,6 +168,10 @@ TEST_F(AppCalibration, MirroredOdometry)
 		told.drive.truth.duration = told.told_duration = 0.2;
 		expect_right("mirrored odometry at " + std::to_string(rate), told);
 	}
+	ToldDrive to_and_fro(2);
+	to_and_fro.drive.seed = 29;
+	to_and_fro.drive.truth.is_odometry_mirrored = true;
+	expect_right("mirrored odometry of a robot that turns to and fro", to_and_fro);
 }
 
 TEST_F(AppCalibration, TwoFaultsAtOnce)
@@ -167,7 +179,7 @@ TEST_F(AppCalibration, TwoFaultsAtOnce)
 	ToldDrive turned_and_late;
 	turned_and_late.drive.truth.laser.phi = 90 * kDegree;
 	turned_and_late.drive.truth.duration = turned_and_late.told_duration = 0.1;
-	turned_and_late.drive.truth.first_beam = -0.1;
+	turned_and_late.drive.truth.start = -0.1;
 	expect_right("turned and late", turned_and_late);
 	ToldDrive mirrored_and_other_clock;
 	mirrored_and_other_clock.drive.truth.is_odometry_mirrored = true;
@@ -180,13 +192,13 @@ TEST_F(AppCalibration, TwoFaultsAtOnce)
 	expect_right("turned and mirrored odometry", turned_and_mirrored);
 	ToldDrive turned_and_reversed;
 	turned_and_reversed.drive.truth.laser.phi = 20 * kDegree;
-	turned_and_reversed.told_duration = turned_and_reversed.drive.truth.first_beam = 0.1;
+	turned_and_reversed.told_duration = 0.1;
 	turned_and_reversed.drive.truth.duration = -0.1;
 	expect_right("turned and reversed", turned_and_reversed);
 	ToldDrive angles_and_late;
 	angles_and_late.told_step = 1.03;
 	angles_and_late.drive.truth.duration = angles_and_late.told_duration = 0.1;
-	angles_and_late.drive.truth.first_beam = -0.05;
+	angles_and_late.drive.truth.start = -0.05;
 	expect_right("angles and stamp in the middle", angles_and_late);
 }
 

@@ -4,6 +4,7 @@
 #include <mrpt/core/bits_math.h>
 #include <mrpt/core/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -29,8 +30,8 @@ calibration::Reading told_reading(const CPose3D& laser, const SweepTime& sweep, 
 {
 	calibration::Reading told;
 	told.laser = calibration::from_above(given.sensor_pose.value_or(laser));
-	told.first_beam = given.sweep.value_or(sweep).first_beam;
 	told.duration = given.sweep.value_or(sweep).duration;
+	told.start = given.sweep.value_or(sweep).first_beam + std::min(0.0, told.duration);
 	return told;
 }
 
@@ -44,11 +45,11 @@ Overrides with_shown(Overrides given, const Calibration& shown, const RangeScan&
 		const double yaw = told.yaw() + reading.laser.phi - shown.told.laser.phi;
 		given.sensor_pose = CPose3D(reading.laser.x, reading.laser.y, told.z(), yaw, told.pitch(), told.roll());
 	}
-	if (is_changed(calibration::kFirstBeam) || is_changed(calibration::kDuration))
+	if (is_changed(calibration::kStart) || is_changed(calibration::kDuration))
 	{
 		const auto milliseconds = [](double time) { return std::round(1000 * time) / 1000 + 0.0; };
 		const bool is_instant = std::abs(reading.duration) < 2 * shown.findings[calibration::kDuration].deviation;
-		given.sweep = SweepTime{is_instant ? 0 : milliseconds(reading.duration), milliseconds(reading.first_beam)};
+		given.sweep = SweepTime{is_instant ? 0 : milliseconds(reading.duration), milliseconds(reading.first_beam())};
 	}
 	if (is_changed(calibration::kRangeFactor))
 		given.range_factor = given.range_factor.value_or(1) * reading.range_factor;
@@ -77,7 +78,7 @@ constexpr std::array<UnknownText, kUnknowns> kTexts = {
     {{"yaw of the laser", "deg", M_PI / 180, 1},
      {"x of the laser", "m", 1, 3},
      {"y of the laser", "m", 1, 3},
-     {"first beam after the stamp", "s", 1, 3},
+     {"start of the sweep after the stamp", "s", 1, 3},
      {"duration of the sweep", "s", 1, 3},
      {"scale of the angles", "", 1, 4},
      {"factor of the ranges", "", 1, 4},

@@ -24,9 +24,9 @@ bool are_apart(const calibration::Reading& a, const calibration::Reading& b)
 {
 	constexpr double kYaw = mrpt::DEG2RAD(3), kWay = 0.1, kTime = 0.03, kFactor = 0.01;  // [rad], [m], [s], [-]
 	return std::abs(mrpt::math::wrapToPi(a.laser.phi - b.laser.phi)) > kYaw ||
-	       std::hypot(a.laser.x - b.laser.x, a.laser.y - b.laser.y) > kWay ||
-	       std::abs(a.first_beam - b.first_beam) > kTime || std::abs(a.duration - b.duration) > kTime ||
-	       std::abs(a.angle_scale - b.angle_scale) > kFactor || std::abs(a.range_factor - b.range_factor) > kFactor;
+	       std::hypot(a.laser.x - b.laser.x, a.laser.y - b.laser.y) > kWay || std::abs(a.start - b.start) > kTime ||
+	       std::abs(a.duration - b.duration) > kTime || std::abs(a.angle_scale - b.angle_scale) > kFactor ||
+	       std::abs(a.range_factor - b.range_factor) > kFactor;
 }
 }  // namespace
 
@@ -193,7 +193,7 @@ calibration::Given RunningCalibration::given_with(const UncalibratedScan& scan) 
 	auto& known = given.known;
 	known[kYaw] = known[kX] = known[kY] = given_.sensor_pose.has_value();
 	// Odometry that has the times of scans has these whenever it was measured.
-	known[kFirstBeam] = known[kDuration] = given_.sweep || 2 * with_scans_ > odometry_.size();
+	known[kStart] = known[kDuration] = given_.sweep || 2 * with_scans_ > odometry_.size();
 	known[kAngleScale] = mounted_.beam_angles || scan.is_cloud;
 	known[kRangeFactor] = given_.range_factor.has_value();
 	given.are_angles_doubtful = scan.other_angles.has_value();

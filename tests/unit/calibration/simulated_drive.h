@@ -97,7 +97,7 @@ inline SimulatedDrive simulate_drive(const Grid& map, const DriveSettings& setti
 			const double share = static_cast<double>(i) / (settings.beams - 1);
 			const double step = settings.field_of_view / settings.beams * i;
 			const TPose2D laser =
-			    robot_at(time + settings.truth.first_beam + share * settings.truth.duration) + settings.truth.laser;
+			    robot_at(time + settings.truth.first_beam() + share * settings.truth.duration) + settings.truth.laser;
 			const double angle = static_cast<double>(scan.first_angle) + settings.truth.angle_scale * step;
 			const double range = static_cast<double>(world.cast(laser.x, laser.y, laser.phi + angle));
 			if (range >= kReach) continue;

@@ -43,9 +43,9 @@ TEST(Calibration, ConfirmsMessagesThatAreRightAndNoOthers)
 		DriveSettings settings;
 		settings.seed = seed;
 		confirmed += calibrate_drive(settings).is_confirmed;
-		settings.truth.first_beam = 0.06;
+		settings.truth.start = 0.06;
 		EXPECT_FALSE(calibrate_drive(settings).is_confirmed) << seed;
-		settings.truth.first_beam = 0;
+		settings.truth.start = 0;
 		settings.truth.laser.phi = 4 * kDegree;
 		EXPECT_FALSE(calibrate_drive(settings).is_confirmed) << seed;
 	}
@@ -81,11 +81,11 @@ TEST(Calibration, FindsALaserThatIsTurnedAndLate)
 {
 	DriveSettings settings;
 	settings.truth.laser = {0.3, -0.2, 90 * kDegree};
-	settings.truth.first_beam = -0.1;
+	settings.truth.start = -0.1;
 	settings.truth.duration = 0.1;
 	const Calibration result = calibrate_drive(settings);
 	EXPECT_NEAR(result.shown.laser.phi, 90 * kDegree, 1 * kDegree);
-	EXPECT_NEAR(result.shown.first_beam, -0.1, 0.02);
+	EXPECT_NEAR(result.shown.start, -0.1, 0.02);
 	EXPECT_NEAR(result.shown.duration, 0.1, 0.02);
 }
 
@@ -136,7 +136,7 @@ TEST(Calibration, FindsScales)
 	settings.truth.range_factor = 1.05;
 	settings.truth.angle_scale = 0.97;
 	settings.truth.duration = -0.2;
-	settings.truth.first_beam = 0.2;
+	settings.truth.start = 0;
 	const Calibration result = calibrate_drive(settings);
 	EXPECT_NEAR(result.shown.range_factor, 1.05, 0.004);
 	EXPECT_NEAR(result.shown.angle_scale, 0.97, 0.004);

@@ -14,7 +14,9 @@
 #include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/math/TPose2D.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -27,7 +29,7 @@ namespace d2s1r::calibration
 struct Reading
 {
 	mrpt::math::TPose2D laser;          //!< frame in which the angles of beams count, on the robot, m and rad
-	double first_beam = 0;              //!< [s] when the first beam is taken, after the stamp of the scan
+	double start = 0;                   //!< [s] when the sweep starts, after the stamp of the scan
 	double duration = 0;                //!< [s] from the first beam to the last; negative if the last is taken first
 	double angle_scale = 1;             //!< [-] of the angles between the first beam and the others
 	double range_factor = 1;            //!< [-] of all ranges
@@ -37,7 +39,10 @@ struct Reading
 	bool is_odometry_mirrored = false;  //!< whether its left is right
 
 	/// Returns the time [s] of the middle of the sweep after the stamp.
-	double middle() const { return first_beam + 0.5 * duration; }
+	double middle() const { return start + 0.5 * std::abs(duration); }
+
+	/// Returns when [s] the first beam is taken, after the stamp: at the end of a sweep that takes the last one first.
+	double first_beam() const { return start - std::min(0.0, duration); }
 };
 
 /// Numbers the continuous unknowns.
@@ -46,7 +51,7 @@ enum Unknown : std::size_t
 	kYaw,          //!< [rad] of the laser on the robot
 	kX,            //!< [m]
 	kY,            //!< [m]
-	kFirstBeam,    //!< [s]
+	kStart,        //!< [s]
 	kDuration,     //!< [s]
 	kAngleScale,   //!< [-]
 	kRangeFactor,  //!< [-]

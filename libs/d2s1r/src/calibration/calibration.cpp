@@ -215,7 +215,7 @@ Unknowns not_shown_by(const Solution& solution, Unknowns known)
 	if (wheels.are_sound()) return known;
 	known[kX] = known[kY] = true;
 	known[kYaw] = known[kYaw] || wheels.are_absurd || std::abs(solution.differences.values[kYaw]) < kLeastYaw;
-	known[kFirstBeam] = known[kFirstBeam] || wheels.are_absurd || wheels.are_rough;
+	known[kStart] = known[kStart] || wheels.are_absurd || wheels.are_rough;
 	return known;
 }
 
@@ -257,8 +257,7 @@ Calibration calibrate(
 		result.findings[i].told = result.findings[i].estimate = value_of(told, static_cast<Unknown>(i));
 	if (scans.size() < kFewest) return result;
 	Unknowns known = given.known;
-	if (!is_dense(odometry))
-		known[kFirstBeam] = known[kDuration] = true;  // nothing tells how the robot moved meanwhile
+	if (!is_dense(odometry)) known[kStart] = known[kDuration] = true;  // nothing tells how the robot moved meanwhile
 	std::array<Scale, kUnknowns> scales = kScales;
 	if (given.are_angles_doubtful) scales[kAngleScale].matters = kDoubtful;
 	const Track track(odometry);
@@ -341,10 +340,10 @@ Calibration calibrate(
 	}
 	if (result.shown.odometry_clock != told.odometry_clock)  // which a late laser cannot be told from
 	{
-		result.shown.odometry_clock += result.findings[kFirstBeam].estimate - told.first_beam;
-		result.shown.first_beam = told.first_beam;
-		result.findings[kFirstBeam].estimate = told.first_beam;
-		result.findings[kFirstBeam].verdict = Verdict::kAsTold;
+		result.shown.odometry_clock += result.findings[kStart].estimate - told.start;
+		result.shown.start = told.start;
+		result.findings[kStart].estimate = told.start;
+		result.findings[kStart].verdict = Verdict::kAsTold;
 	}
 	return result;
 }

@@ -14,7 +14,7 @@ using mrpt::math::wrapToPi;
 double& value_in(Reading& reading, std::size_t unknown)
 {
 	const std::array<double*, kUnknowns> values = {&reading.laser.phi,    &reading.laser.x,   &reading.laser.y,
-	                                               &reading.first_beam,   &reading.duration,  &reading.angle_scale,
+	                                               &reading.start,        &reading.duration,  &reading.angle_scale,
 	                                               &reading.range_factor, &reading.way_scale, &reading.turn_scale};
 	return *values[unknown];
 }
@@ -22,6 +22,17 @@ double& value_in(Reading& reading, std::size_t unknown)
 double difference(std::size_t unknown, double a, double b)
 {
 	return unknown == kYaw ? wrapToPi(a - b) : a - b;
+}
+
+Track::Track(const std::vector<TimedPose>& poses) : poses_(poses)
+{
+	covered_.reserve(poses.size());
+	for (std::size_t i = 0; i < poses.size(); i++)
+	{
+		const TPose2D step = i > 0 ? poses[i].robot - poses[i - 1].robot : TPose2D();
+		const Eigen::Vector2d covered(std::hypot(step.x, step.y), std::abs(wrapToPi(step.phi)));
+		covered_.push_back(i > 0 ? Eigen::Vector2d(covered_.back() + covered) : covered);
+	}
 }
 
 std::optional<TPose2D> Track::at(double time) const
@@ -41,10 +52,23 @@ std::optional<TPose2D> Track::at(double time) const
 	return TPose2D(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.phi + share * wrapToPi(b.phi - a.phi));
 }
 
-std::optional<TPose2D> Track::recorded_motion(const Reading& reading, double from, double to) const
+Eigen::Vector2d Track::covered(double time) const
+{
+	if (poses_.size() < 2) return Eigen::Vector2d::Zero();
+	const auto is_before = [](const TimedPose& pose, double t) { return pose.time < t; };
+	const auto after = std::lower_bound(poses_.begin() + 1, poses_.end() - 1, time, is_before);
+	const auto before = std::prev(after);
+	const auto i = static_cast<std::size_t>(after - poses_.begin());
+	const double share = std::clamp((time - before->time) / (after->time - before->time), 0.0, 1.0);
+	return covered_[i - 1] + share * (covered_[i] - covered_[i - 1]);
+}
+
+std::optional<Track::Recorded> Track::recorded_motion(const Reading& reading, double from, double to) const
 {
 	const auto a = at(from + reading.odometry_clock), b = at(to + reading.odometry_clock);
-	return a && b ? std::optional(*b - *a) : std::nullopt;
+	if (!a || !b) return std::nullopt;
+	const Eigen::Vector2d way = covered(to + reading.odometry_clock) - covered(from + reading.odometry_clock);
+	return Recorded{*b - *a, std::abs(way.x()), std::abs(way.y())};
 }
 
 namespace
@@ -62,7 +86,7 @@ TPose2D as_read(const Reading& reading, const TPose2D& recorded)
 std::optional<TPose2D> Track::motion(const Reading& reading, double from, double to) const
 {
 	const auto recorded = recorded_motion(reading, from, to);
-	return recorded ? std::optional(as_read(reading, *recorded)) : std::nullopt;
+	return recorded ? std::optional(as_read(reading, recorded->moved)) : std::nullopt;
 }
 
 TPose2D Track::motion_of_laser(const Reading& reading, double from, double to) const
@@ -273,13 +297,14 @@ std::optional<Eigen::Vector3d> Problem::motion_error(
 
 /// \param recorded motion of the robot by the odometry
 Eigen::Vector3d Problem::motion_error(
-    const Reading& reading, const TPose2D& recorded, const TPose2D& from, const TPose2D& to, double of_poses) const
+    const Reading& reading, const Track::Recorded& recorded, const TPose2D& from, const TPose2D& to,
+    double of_poses) const
 {
 	constexpr double kAlong = 0.05, kAcross = 0.01, kOfTurn = 0.05, kTurnOfWay = 0.02;  // [-], [-], [-], [rad/m]
 	constexpr double kLeastWay = 0.005, kLeastTurn = 0.004;                             // [m], [rad]
-	const TPose2D robot = as_read(reading, recorded);
+	const TPose2D robot = as_read(reading, recorded.moved);
 	const TPose2D laser = (robot + reading.laser) - reading.laser, seen = to - from;
-	const double way = std::hypot(robot.x, robot.y), turn = std::abs(robot.phi);
+	const double way = std::abs(reading.way_scale) * recorded.way, turn = std::abs(reading.turn_scale) * recorded.turn;
 	const double of_turn = noise.turn * std::hypot(kOfTurn * turn, kTurnOfWay * way);
 	const double lever = std::hypot(reading.laser.x, reading.laser.y) * of_turn;
 	const double along = noise.way * kAlong * way, across = std::hypot(noise.way * kAcross * way, 0.5 * of_turn * way);
@@ -383,7 +408,7 @@ void Problem::add_motion(const State& state, std::size_t k, Normal& sums) const
 	constexpr int kColumns = 6 + 7;
 	constexpr double kBound = 4;                      // [standard deviations]
 	constexpr double kStep = 1e-5, kTimeStep = 0.01;  // of all units; [s], in which odometry has moved on
-	constexpr std::array<std::size_t, 7> kOfMotion = {kYaw, kX, kY, kFirstBeam, kDuration, kWayScale, kTurnScale};
+	constexpr std::array<std::size_t, 7> kOfMotion = {kYaw, kX, kY, kStart, kDuration, kWayScale, kTurnScale};
 	if (!is_motion(k)) return;
 	const double from = scans_[k].time + state.reading.middle(), to = scans_[k + 1].time + state.reading.middle();
 	const auto recorded = track_.recorded_motion(state.reading, from, to);
@@ -392,17 +417,19 @@ void Problem::add_motion(const State& state, std::size_t k, Normal& sums) const
 		sums.cost += std::pow(kBound * noise.kernel, 2);  // as much as a way and a turn that contradict it
 		return;
 	}
-	const TPose2D later = track_.recorded_motion(state.reading, from + kTimeStep, to + kTimeStep).value_or(*recorded);
+	const Track::Recorded later =
+	    track_.recorded_motion(state.reading, from + kTimeStep, to + kTimeStep).value_or(*recorded);
 	const Eigen::Vector3d error = motion_error(state.reading, *recorded, state.lasers[k], state.lasers[k + 1], 0);
+	const double of_duration = std::copysign(2 * kTimeStep, state.reading.duration);  // middle() has half of it
 	Eigen::Matrix<double, 3, kColumns> rows;
 	for (std::size_t i = 0; i < kColumns; i++)
 	{
 		Reading reading = state.reading;
 		std::array<TPose2D, 2> lasers = {state.lasers[k], state.lasers[k + 1]};
 		const std::size_t unknown = i < 6 ? kUnknowns : kOfMotion[i - 6];
-		const bool is_first = unknown == kFirstBeam, is_time = is_first || unknown == kDuration;
+		const bool is_start = unknown == kStart, is_time = is_start || unknown == kDuration;
 		if (!is_time) (i < 6 ? lasers[i / 3][i % 3] : value_in(reading, unknown)) += kStep;
-		const double step = is_first ? kTimeStep : is_time ? 2 * kTimeStep : kStep;  // middle() has half of a duration
+		const double step = is_start ? kTimeStep : is_time ? of_duration : kStep;
 		const Eigen::Vector3d then = motion_error(reading, is_time ? later : *recorded, lasers[0], lasers[1], 0);
 		rows.col(static_cast<Eigen::Index>(i)) = (then - error) / step;
 	}

@@ -30,22 +30,33 @@ class Track
 {
    public:
 	/// \param poses which must live as long
-	explicit Track(const std::vector<TimedPose>& poses) : poses_(poses) {}
+	explicit Track(const std::vector<TimedPose>& poses);
 
 	/// Returns the pose at a time [s] by the odometry's clock; no value long before the first pose or after the last
 	/// one.
 	std::optional<mrpt::math::TPose2D> at(double time) const;
 
+	/// A motion as the odometry has it, and what it covered to and fro, which its error grows with.
+	struct Recorded
+	{
+		mrpt::math::TPose2D moved;
+		double way = 0, turn = 0;  //!< [m], [rad]
+	};
+
 	/// Returns how the robot moved from one time [s] to another by the clock of the scans, as the odometry has it, and
 	/// as a reading has it.
-	std::optional<mrpt::math::TPose2D> recorded_motion(const Reading& reading, double from, double to) const;
+	std::optional<Recorded> recorded_motion(const Reading& reading, double from, double to) const;
 	std::optional<mrpt::math::TPose2D> motion(const Reading& reading, double from, double to) const;
 
 	/// Returns the same of the laser; none where there is no odometry.
 	mrpt::math::TPose2D motion_of_laser(const Reading& reading, double from, double to) const;
 
    private:
+	/// Returns what was covered since the first pose.
+	Eigen::Vector2d covered(double time) const;
+
 	const std::vector<TimedPose>& poses_;
+	std::vector<Eigen::Vector2d> covered_;  //!< [m], [rad] since the first pose, at each
 };
 
 /// Holds what is sought: a reading, where the laser was in the map in the middle of each scan, and how far returns end
@@ -153,7 +164,7 @@ class Problem
 
    private:
 	Eigen::Vector3d motion_error(
-	    const Reading& reading, const mrpt::math::TPose2D& recorded, const mrpt::math::TPose2D& from,
+	    const Reading& reading, const Track::Recorded& recorded, const mrpt::math::TPose2D& from,
 	    const mrpt::math::TPose2D& to, double of_poses) const;
 	State moved(State state, const Eigen::VectorXd& step) const;
 	void add_walls(const State& state, std::size_t k, Normal& sums);

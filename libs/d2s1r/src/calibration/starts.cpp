@@ -35,6 +35,8 @@ std::pair<double, double> motion_costs(const Problem& problem, const State& stat
 
 namespace
 {
+constexpr double kLatest = 0.25;  // [s] by which a laser may be late; more is another clock
+
 struct Start
 {
 	Reading reading;
@@ -45,7 +47,6 @@ struct Start
 std::vector<Reading> likely_readings(const Problem& problem, const Reading& told, const Given& given)
 {
 	constexpr double kWidest = 5, kClockStep = 0.1, kYawStep = 5 * kDegree;  // [s], [s], [rad]
-	constexpr double kOfLaser = 0.35;  // [s] by which a laser may be late; more is another clock
 	constexpr std::size_t kKept = 4, kStarts = 3;
 	std::vector<double> clocks = given.clocks;
 	for (int i = 1; i * kClockStep <= kWidest; i++) clocks.push_back(i * kClockStep), clocks.push_back(-i * kClockStep);
@@ -53,11 +54,11 @@ std::vector<Reading> likely_readings(const Problem& problem, const Reading& told
 	std::vector<Start> by_turns;
 	const auto try_turns = [&](double clock, bool is_mirrored)
 	{
-		if (given.is_odometry_known && (is_mirrored || (clock != 0 && given.known[kFirstBeam]))) return;
-		const bool is_of_laser = given.is_odometry_known || std::abs(clock) < kOfLaser;
+		if (given.is_odometry_known && (is_mirrored || (clock != 0 && given.known[kStart]))) return;
+		const bool is_of_laser = given.is_odometry_known || std::abs(clock) < kLatest;
 		State state = found;
 		state.reading.is_odometry_mirrored = is_mirrored;
-		(is_of_laser ? state.reading.first_beam : state.reading.odometry_clock) += clock;
+		(is_of_laser ? state.reading.start : state.reading.odometry_clock) += clock;
 		by_turns.push_back({state.reading, motion_costs(problem, state).second});
 	};
 	for (const double clock : clocks)
@@ -146,7 +147,7 @@ State best_fit(Problem& problem, const Reading& told, const Given& given)
 	{
 		if (!problem.is_free[kDuration]) break;
 		Reading reading = with_told_sweep;
-		reading.first_beam += 0.5 * (reading.duration - duration);
+		reading.start += 0.5 * (std::abs(reading.duration) - std::abs(duration));
 		reading.duration = duration;
 		try_start(reading, 0);
 	}
@@ -157,6 +158,10 @@ State best_fit(Problem& problem, const Reading& told, const Given& given)
 		reading.range_factor *= factor;
 		try_start(reading, 0);
 	}
+	Reading& reading = best.state.reading;
+	const double late = reading.start - told.start;
+	if (!given.is_odometry_known && std::abs(late) > kLatest)
+		reading.odometry_clock += late, reading.start = told.start;
 	return best.state;
 }
 }  // namespace d2s1r::calibration
