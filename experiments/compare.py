@@ -71,6 +71,8 @@ class Job:
         facts = json.loads(runner.call("alter", *words, *known))
         if not facts["scans"]:  # the truth has a clock of its own, and is interpolated
             facts = json.loads(runner.call("alter", *words))
+        if not facts["scans"]:
+            raise SystemExit(f"compare.py: {self.site.log}: holds no scan that can be read")
         out = folder / "frames.csv"
         if self.peer:
             map_of(self.site.map_file, folder)
@@ -78,8 +80,11 @@ class Job:
         else:
             told = runner.call("rivals", *self.words(runner, folder, out))
         told = json.loads(told.strip().splitlines()[-1])
-        return runs.Answers(runs.read_frames(out, self), told["memory_mb"], told["preparation_s"], facts,
-                            runner.spent.log)
+        frames = runs.read_frames(out, self)
+        if not frames:
+            raise SystemExit(f"compare.py: {self.site.truth_of}: tells the pose of no scan of {self.site.log.name}; the times of both must be "
+                             "of one clock")
+        return runs.Answers(frames, told["memory_mb"], told["preparation_s"], facts, runner.spent.log)
 
     def words(self, runner, folder, out):
         method = methods.METHODS[self.method]
@@ -98,12 +103,22 @@ class Job:
 
 def map_of(yaml, folder):
     """Writes map.pgm, rows from the top: 0 occupied, 205 unknown, 254 free, and map.txt: its name, resolution and origin."""
-    picture, extent_of = sites.map_image(yaml)
+    picture, extent_of, _ = sites.map_image(yaml)
     cells = comparison_page.grey(picture, yaml)
     left, right, bottom, _ = extent_of(*cells.shape)
     with open(folder / "map.pgm", "wb") as stream:
         stream.write(b"P5 %d %d 255\n" % (cells.shape[1], cells.shape[0]) + cells.tobytes())
-    (folder / "map.txt").write_text(f"{folder / 'map.pgm'} {(right - left) / cells.shape[1]:.9g} {left:.9g} {bottom:.9g}\n")
+    (folder / "map.txt").write_text(f"map.pgm {(right - left) / cells.shape[1]:.9g} {left:.9g} {bottom:.9g}\n")
+
+
+def positive(kind):
+    def read(text):
+        value = kind(text)
+        if not value > 0:
+            raise ValueError
+        return value
+    read.__name__ = f"positive {kind.__name__}"  # which argparse prints
+    return read
 
 
 def read_arguments():
@@ -113,18 +128,18 @@ def read_arguments():
     parser.add_argument("--log", type=pathlib.Path, help="the log in place of the one in the folder")
     parser.add_argument("--truth", help="the true poses in place of those in the folder: a file, topic:/TOPIC or tf:FRAME of the log")
     parser.add_argument("--scans", default="test", help="name of the log in the folder (default test)")
-    parser.add_argument("--most", type=int, default=100000, help="scans that d2s1r and the published method get, evenly spread")
-    parser.add_argument("--most-others", type=int, default=60, help="the same for the slower others (default 60)")
+    parser.add_argument("--most", type=positive(int), default=100000, help="scans that d2s1r and the published method get, evenly spread")
+    parser.add_argument("--most-others", type=positive(int), default=60, help="the same for the slower others (default 60)")
     parser.add_argument("--only", help="methods to run, with commas between: " + ", ".join([*methods.METHODS, *methods.PEERS]))
     parser.add_argument("--peers", type=pathlib.Path, default=os.environ.get("D2S1R_PEERS"),
                         help="folder of the drivers of other programs, see peers/README.md (default: D2S1R_PEERS)")
-    parser.add_argument("--within", type=float, default=0.3, help="greatest error of a success [m] (default 0.3; the yaw: 5 deg)")
+    parser.add_argument("--within", type=positive(float), default=0.3, help="greatest error of a success [m] (default 0.3; the yaw: 5 deg)")
     parser.add_argument("--build", type=pathlib.Path, default=PROJECT / "build/release", help="build folder")
     parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "build/comparison", help="folder to write to")
     parser.add_argument("--store", type=pathlib.Path, default=PROJECT / "build/experiments", help="folder of results of single runs")
     parser.add_argument("--no-times", action="store_true", help="leave out times, because other programs use the machine, too")
     parser.add_argument("--no-maps", action="store_true", help="draw no maps, because their licence does not allow to pass them on")
-    parser.add_argument("--jobs", type=int, default=2, help="programs that run at a time, one thread each (default 2)")
+    parser.add_argument("--jobs", type=positive(int), default=2, help="programs that run at a time, one thread each (default 2)")
     return parser.parse_args()
 
 
@@ -136,14 +151,20 @@ def cases(arguments, runner):
         folder = pathlib.Path(name)
         if not folder.is_dir():
             folder = sites.default_folder(PROJECT) / name
-        told = arguments.output / f"{folder.resolve().name}_truth.txt"
+        told = arguments.output / f"{sites.name_of(folder)}_truth.txt"
         given = {"map_file": arguments.map, "log": arguments.log, "between": in_log,
                  "truth_of": told if in_log else arguments.truth and pathlib.Path(arguments.truth)}
         try:
             case = sites.case(folder, arguments.scans, **{field: file for field, file in given.items() if file})
             if in_log:
                 read_told(runner, case, arguments.truth)
-            case.truth("")
+            for file in (case.map_file, case.log):
+                if not file.exists():
+                    raise ValueError(f"{file}: is not there")
+            if not case.truth(""):
+                raise ValueError(f"{case.truth_of}: holds no pose")
+            if case.name in (other.name for other in found):
+                raise ValueError(f"{folder}: is called {case.name}, as another site is")
         except (ValueError, OSError) as problem:
             sys.exit(f"compare.py: {problem}; a SITE is a folder with a map, a log and true poses, or name them by --map, --log, --truth")
         found.append(case)
@@ -180,10 +201,12 @@ def plan(case, asked, chosen, arguments):
     for name in asked:
         if name in methods.PEERS:
             program = arguments.peers and arguments.peers / name
-            if program and os.access(program, os.X_OK) and case.map_file.suffix == ".yaml":
-                jobs.append(Job(case, name, arguments.most_others, arguments.within, peer=program.resolve()))
+            if not (program and os.access(program, os.X_OK)):
+                left_out[name] = "no driver in --peers"
+            elif case.map_file.suffix != ".yaml" or sites.map_image(case.map_file)[2]:
+                left_out[name] = "its map must be a yaml of map_server that is not turned"
             else:
-                left_out[name] = "no driver in --peers" if case.map_file.suffix == ".yaml" else "its map must be a yaml of map_server"
+                jobs.append(Job(case, name, arguments.most_others, arguments.within, peer=program.resolve()))
         elif methods.METHODS[name].keyframes and not case.keyframes:
             left_out[name] = methods.KEYFRAMES
         else:
@@ -206,6 +229,8 @@ def main():
         jobs, missing = plan(case, asked, choose(runner, case, asked, arguments), arguments)
         results.update(runner.run_all(jobs, arguments.jobs))
         left_out.update({(case.name, name): why for name, why in missing.items()})
+    if runner.folder.exists() and not any(runner.folder.iterdir()):
+        runner.folder.rmdir()
     comparison_page.write(results, left_out, arguments.output, runner, " ".join(["experiments/compare.py", *sys.argv[1:]]), arguments)
     print(arguments.output / "README.md")
 

@@ -10,6 +10,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402, the back-end comes first
 import numpy as np  # noqa: E402, matplotlib needs it, too
+from matplotlib.transforms import Affine2D  # noqa: E402
 
 import fingerprint  # noqa: E402
 import intervals  # noqa: E402
@@ -19,7 +20,9 @@ import sites  # noqa: E402
 import tables  # noqa: E402
 
 BOUNDS = [0.02 * 1.1 ** i for i in range(50)]  # [m] of the picture of success
+MARKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2)  # [m] beside its axis
 YAW = 5  # [deg] greatest error of a success
+UNKNOWN = 205  # grey of cells that a map does not know
 COLUMNS = ("site", "subset", "method", "scans", "success", "success_low", "success_high", "better_by", "better_by_low",
            "better_by_high", "recall", "precision", "precision_low", "precision_high", "position_error_mean_m",
            "position_error_median_m", "yaw_error_mean_deg", "ms_median", "ms_mean", "memory_mb", "preparation_s")
@@ -46,7 +49,7 @@ def grey(picture, yaml):
         return float(found.group(1)) if found else otherwise
     if value("negate", 0):
         dark = 1 - dark
-    return np.where(dark > value("occupied_thresh", 0.65), 0, np.where(dark < value("free_thresh", 0.196), 254, 205)).astype(np.uint8)
+    return np.where(dark > value("occupied_thresh", 0.65), 0, np.where(dark < value("free_thresh", 0.196), 254, UNKNOWN)).astype(np.uint8)
 
 
 def kind_of(name):
@@ -175,8 +178,8 @@ def missing(left_out):
     return tables.table("Left out", "", ["site", "method", "why"], rows)
 
 
-def draw_success(comparison, file):
-    """Success against the error that still counts."""
+def draw_success(comparison, within, file):
+    """Success against the error that still counts, which is `within` [m] in the tables."""
     figure, panels = plt.subplots(1, len(comparison.cases), figsize=(6 * len(comparison.cases), 5), constrained_layout=True,
                                   squeeze=False, sharey=True)
     for axis, site in zip(panels[0], comparison.cases):
@@ -186,7 +189,10 @@ def draw_success(comparison, file):
             frames = comparison.answers[site, method].frames
             axis.plot(BOUNDS, [measures.share(frame.is_within(bound, YAW) for frame in frames) for bound in BOUNDS],
                       label=title_of(method), linewidth=2.5 if method == methods.DEFAULT else 1.2)
+        axis.axvline(within, color="black", linestyle=":", linewidth=1)
         axis.set(xscale="log", xlabel=f"greatest error [m], yaw {YAW}°", title=site, ylim=(0, 101))
+        axis.set_xticks(MARKS, MARKS)
+        axis.minorticks_off()
         axis.grid(alpha=0.3)
     panels[0][0].set_ylabel("success [%]")
     panels[0][-1].legend(fontsize="small", loc="center left", bbox_to_anchor=(1.01, 0.5))
@@ -216,9 +222,12 @@ def draw_map(comparison, site, file):
     for axis, method in zip(panels[0], shown):
         yaml = comparison.cases[site].map_file
         if yaml.suffix == ".yaml":
-            picture, extent_of = sites.map_image(yaml)
+            picture, extent_of, yaw = sites.map_image(yaml)
             image = grey(picture, yaml)
-            axis.imshow(image, cmap="gray", extent=extent_of(*image.shape), vmin=0, vmax=254)
+            left, right, bottom, top = extent_of(*image.shape)
+            axis.imshow(image, cmap="gray", extent=(left, right, bottom, top), vmin=0, vmax=254, interpolation="nearest",
+                        transform=Affine2D().rotate_around(left, bottom, yaw) + axis.transData)
+            axis.set_facecolor(str(UNKNOWN / 254))
         frames = comparison.answers[site, method].frames
         for flag, colour, size, label in ((True, "tab:green", 4, "right"), (False, "tab:red", 18, "wrong or no answer")):
             places = [frame.truth for frame in frames if frame.right == flag]
@@ -227,8 +236,9 @@ def draw_map(comparison, site, file):
             if frame.pose and not frame.right:
                 axis.plot([frame.truth[0], frame.pose[0]], [frame.truth[1], frame.pose[1]], color="tab:red", linewidth=0.6)
         x, y = ([frame.truth[axis_of] for frame in frames] for axis_of in (0, 1))
-        axis.set(xlim=(min(x) - 5, max(x) + 5), ylim=(min(y) - 5, max(y) + 5), xlabel="x [m]", ylabel="y [m]", title=f"{site}, {title_of(method)}")
-    panels[0][0].legend(loc="upper right")
+        axis.set(xlim=(min(x) - 5, max(x) + 5), ylim=(min(y) - 5, max(y) + 5), xlabel="x [m]", ylabel="y [m]", title=f"{site}, {title_of(method)}",
+                 aspect="equal")
+    panels[0][0].legend(loc="upper left", bbox_to_anchor=(0, -0.1), ncols=2)
     figure.savefig(file, dpi=110)
     return file.name
 
@@ -283,7 +293,9 @@ def write(results, left_out, folder, runner, command, options):
     (folder / "logs").mkdir(exist_ok=True)
     for job, result in results.items():
         (folder / f"logs/{job.name}.txt").write_text(f"commit {result.commit}, {result.machine}\n{result.value.log}")
-    pictures = [tables.picture("Success against the error that still counts", draw_success(comparison, folder / "success.png")),
+    within = next(iter(results)).position
+    pictures = [tables.picture("Success against the error that still counts; dotted: that of the tables",
+                               draw_success(comparison, within, folder / "success.png")),
                 tables.picture("Reliability: the share of right answers by confidence, and the number of scans",
                                draw_reliability(comparison, folder / "reliability.png"))]
     pictures += [tables.picture(f"Where scans of {site} are found, and where answers are that are wrong",
@@ -292,7 +304,6 @@ def write(results, left_out, folder, runner, command, options):
     plt.close("all")
     machines = " and ".join(sorted({result.machine for result in results.values()}))
     commits = " and ".join(sorted({result.commit for result in results.values()}))
-    within = next(iter(results)).position
     head = (f"# Comparison\n\n`{command}`, commit {commits}, {machines}. A success is a best pose within {within:g} m and {YAW}° of the "
             f"truth, whatever its status.\n\n{fingerprint.stamp(runner.build)}\n\n{HOW}{'' if options.no_times else TIMES}\n")
     parts = [*result_tables(rows, -2 if options.no_times else None), *pictures, data(comparison, results), settings(comparison), missing(left_out)]

@@ -87,7 +87,7 @@ def spread(frames):
 
 
 def draw_map(axis, site, frames):
-    picture, extent_of = sites.map_image(site.map("sim360_off"))
+    picture, extent_of, _ = sites.map_image(site.map("sim360_off"))
     image = plt.imread(picture)
     axis.imshow(image, cmap="gray", extent=extent_of(*image.shape[:2]), interpolation="bilinear")
     for flag, colour, size, label in ((True, "tab:green", 4, "success"), (False, "tab:red", 18, "failure")):

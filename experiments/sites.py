@@ -82,6 +82,8 @@ class Truth:
                     continue  # names of columns
                 if len(pose) not in (3, 6, 7):
                     raise ValueError(f"{file}: `{line}` is neither `time x y phi`, nor a pose of MRPT, nor one of TUM")
+                if not all(map(math.isfinite, [stamp, *pose])):
+                    raise ValueError(f"{file}: `{line}` holds a number that is not finite")
                 yaw = yaw_of(pose[3:]) if len(pose) == 7 else pose[2 if len(pose) == 3 else 3]
                 poses[round(stamp * 1000)] = (pose[0], pose[1], yaw)
         return Truth(poses)
@@ -134,6 +136,11 @@ class Case:
         return (self.folder / "run.rawlog", built_by.truth_file("run")) if built_by.has("run") else None
 
 
+def name_of(folder):
+    """The name of a site, as files and LaTeX's labels can have it."""
+    return re.sub(r"[^\w.-]+", "_", folder.resolve().name)
+
+
 def case(folder, scans="test", **given):
     """What compare.py compares on in a folder: test.* and its truth in map_test.*, else the only log, truth and map there; but
     the fields of Case that are given.
@@ -155,7 +162,7 @@ def case(folder, scans="test", **given):
     maps = [f for f in files if f.suffix in MAPS and f.name.split(".")[-2] not in ("rawlog", "log", "clf")]
     logs = [f for f in files if f.suffix in LOGS and f not in maps or f.is_dir() and (f / "metadata.yaml").exists()]
     truths = [f for f in texts if re.search("gt|truth|groundtruth", f.stem)]
-    return Case(folder.resolve().name, folder,
+    return Case(name_of(folder), folder,
                 only("map_file", "map", named("map_test", maps) if scans == "test" else [], named("map", maps), maps),
                 only("log", "log", named(scans, logs), logs),
                 only("truth_of", "truth (*gt*, *truth*)", named(f"{scans}_gt_checked", truths), named(f"{scans}_gt", truths), truths),
@@ -182,10 +189,12 @@ def named(names):
 
 
 def map_image(yaml):
-    """File of the picture of a map_server map, and its extent (left, right, bottom, top) per pixel count, m."""
+    """File of the picture of a map_server map, its extent (left, right, bottom, top) per pixel count [m], and the yaw by which it
+    is turned about its lower left corner [rad]."""
     text = yaml.read_text()
-    image = re.search(r"^image:\s*(\S+)", text, re.M).group(1)
+    image = re.search(r"^image:[ \t]*(.+?)[ \t]*(?: #.*)?$", text, re.M).group(1).strip("'\"")
     resolution = float(re.search(r"^resolution:\s*(\S+)", text, re.M).group(1))
-    left, bottom = (float(v) for v in re.search(r"^origin:\s*\[([^\]]*)\]", text, re.M).group(1).split(",")[:2])
+    origin = re.search(r"^origin:\s*(\[[^\]]*\]|(?:-[^\n]*\n?\s*)+)", text, re.M).group(1)  # in one line, or one number a line
+    left, bottom, yaw = (float(v) for v in re.findall(r"(?<![\w.+])[-+]?[\d.]+(?:[eE][-+]?\d+)?", origin))
     return yaml.parent / image, lambda rows, columns: (
-        left, left + columns * resolution, bottom, bottom + rows * resolution)
+        left, left + columns * resolution, bottom, bottom + rows * resolution), yaw

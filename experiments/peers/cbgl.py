@@ -56,7 +56,7 @@ class Scan:
 def read_map(file, picture_file):
     """(message with its corner at the origin, x and y of the corner [m]); writes the picture that the node reads itself"""
     picture, cell, x, y = pathlib.Path(file).read_text().split()
-    image = PIL.Image.open(picture)
+    image = PIL.Image.open(pathlib.Path(file).parent / picture)
     image.convert("RGBA").save(picture_file)
     state = {0: 100, 205: -1, 254: 0}
     message = nav_msgs.msg.OccupancyGrid()

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What compare.py gives to a driver of somebody else's program, and what it takes: DRIVER MAP.txt SCANS.txt OUT.csv
-//   MAP.txt    file of a picture (PGM: 0 occupied, 205 unknown, 254 free; rows from the top), side of a cell [m], x and
-//              y of the lower left corner [m]
+//   MAP.txt    file of a picture in the same folder (PGM: 0 occupied, 205 unknown, 254 free; rows from the top), side
+//              of a cell [m], x and y of the lower left corner [m]
 //   SCANS.txt  a line for each scan: time [s], angle of the first beam and step [rad], range that the laser sees up to
 //              [m], pose of the laser on the robot [m, m, rad], ranges [m]: inf where nothing returned, nan: no data
 //   OUT.csv    timestamp,status,x,y,phi,confidence,total_ms: pose of the robot in the map, processor time of the scan
@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <optional>
@@ -59,7 +60,7 @@ inline Map read_map(const std::string& file)
 	std::string picture;
 	Map map;
 	if (!(text >> picture >> map.cell >> map.x >> map.y)) throw std::runtime_error(file + ": is no map");
-	std::ifstream stream(picture, std::ios::binary);
+	std::ifstream stream(std::filesystem::path(file).parent_path() / picture, std::ios::binary);
 	std::string kind;
 	int white = 0;
 	stream >> kind >> map.width >> map.height >> white;

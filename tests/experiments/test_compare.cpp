@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <iomanip>
+#include <sstream>
 
 #include "app_process.h"
 #include "app_world.h"
@@ -58,7 +60,7 @@ TEST_F(Compare, AFolderOfOnesOwnGetsAPageWithTablesPicturesAndReferences)
 	fs::create_directories(path("peers"));
 	write_file(
 	    path("peers/cbgl"),
-	    "#!/bin/sh\nread -r map resolution x y < \"$1\"\ntest -s \"$map\" || exit 1\n"
+	    "#!/bin/sh\nread -r map resolution x y < \"$1\"\ntest -s \"$(dirname \"$1\")/$map\" || exit 1\n"
 	    "echo 'timestamp,status,x,y,phi,confidence,total_ms' > \"$3\"\n"
 	    "while read -r time rest; do echo \"$time,localized,0,0,0,1,5\" >> \"$3\"; done < \"$2\"\n"
 	    "echo '{\"preparation_s\": 0.5, \"memory_mb\": 7}'\n");
@@ -98,9 +100,51 @@ TEST_F(Compare, WhatCannotBeComparedIsNamed)
 	write_own_site();
 	fs::remove(path("home/drive_truth.txt"));
 	EXPECT_NE(compare({path("home")}).err.find("holds no truth"), std::string::npos);
-	write_file(path("home/gt.txt"), "1 2 3\n");
-	EXPECT_NE(compare({path("home")}).err.find("`1 2 3` is neither"), std::string::npos);
+	const auto with_truth = [&](const std::string& text, const Words& more = {})
+	{
+		write_file(path("home/gt.txt"), text);
+		Words words = {path("home"), "--only", "d2s1r"};
+		words.insert(words.end(), more.begin(), more.end());
+		return compare(words).err;
+	};
+	EXPECT_NE(with_truth("1 2 3\n").find("`1 2 3` is neither"), std::string::npos);
+	EXPECT_NE(with_truth("1 2 nan 0\n").find("`1 2 nan 0` holds a number that is not finite"), std::string::npos);
+	EXPECT_NE(with_truth("# time x y phi\n").find("gt.txt: holds no pose"), std::string::npos);
+	const std::string other_time = with_truth("1 2 3 0\n");
+	EXPECT_NE(other_time.find("gt.txt: tells the pose of no scan of drive.rawlog"), std::string::npos) << other_time;
+	EXPECT_NE(compare({path("home"), path("home")}).err.find("as another site is"), std::string::npos);
+	EXPECT_NE(with_truth("1 2 3 0\n", {"--map", path("no.yaml")}).find("no.yaml: is not there"), std::string::npos);
+	EXPECT_NE(with_truth("1 2 3 0\n", {"--most", "0"}).find("--most: invalid positive int"), std::string::npos);
 	EXPECT_NE(compare({path("home"), "--only", "magic"}).err.find("no method magic"), std::string::npos);
+}
+
+TEST_F(Compare, ASiteOfOneScanMayHaveAnyNameAndATurnedMap)
+{
+	write_own_site();
+	const std::string site = path("my flat & #1");
+	fs::rename(path("home"), site);
+	const auto& [x, y, phi] = walk().front();
+	const double yaw = 0.5, c = std::cos(yaw), s = std::sin(yaw);
+	std::ostringstream truth;
+	truth << std::setprecision(17) << walk_time(0) << ' ' << c * x - s * y + 3 << ' ' << s * x + c * y - 1 << ' '
+	      << phi + yaw << '\n';
+	write_file(site + "/drive_truth.txt", truth.str());
+	write_file(
+	    site + "/kitchen.yaml",
+	    "image: \"kitchen.pgm\"  # drawn\nresolution: 0.1\norigin:\n- 3.0\n- -1.0\n- 0.5\nnegate: 0\n"
+	    "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
+	fs::create_directories(path("peers"));
+	write_file(path("peers/cbgl"), "");
+	fs::permissions(path("peers/cbgl"), fs::perms::owner_all);
+	const ProcessResult result = compare({site, "--only", "d2s1r,cbgl", "--peers", path("peers")});
+	ASSERT_EQ(result.status, 0) << result.err;
+	const std::string page = read_file(path("out/README.md"));
+	for (const char* part :
+	     {"## my_flat_1, all scans", "| d2s1r | 1 | 100.0 (20.7 to 100.0) | - | 100.0 |", "](my_flat_1_map.png)",
+	      "| my_flat_1 | CBGL with PL-ICP | its map must be a yaml of map_server that is not turned |"})
+		EXPECT_NE(page.find(part), std::string::npos) << part << " is not in\n" << page;
+	EXPECT_TRUE(fs::exists(path("out/my_flat_1_map.png")));
+	EXPECT_FALSE(fs::exists(path("out/runs")));
 }
 
 TEST_F(Compare, TruthIsReadInAllFormsAndBetweenTwoLines)
