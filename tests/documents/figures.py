@@ -4,7 +4,7 @@
 
 A page that quotes a figure must give the value of the file that holds the measurement or the default. Each entry of QUOTES
 says where a page quotes figures, and what their values are. A quote that is no longer found is an error, too, so that no
-entry outlives its figures. A figure of README or doc/ that looks measured (%, ms, MB, N of M ...) must be a quote, stand in the
+entry outlives its figures. A figure of README or doc/ that looks measured (%, s, MB, times, N of M ...) must be a quote, stand in the
 table that headline.py writes, or be named in ORIGINS. --list prints all of them with where they come from.
 """
 import configparser
@@ -87,6 +87,31 @@ def windows(sources):
     return [number(part) for cell in (cells[1], cells[3], cells[2]) for part in cell.split(" / ")]
 
 
+def picture(sources):
+    """Scans of README's picture."""
+    return [number(re.search(r"(\d+) full circles", sources.text("experiments/RESULTS.md")).group(1))]
+
+
+def reading_of_logs(sources):
+    """The least and the greatest memory [MB] and time [s] a gigabyte of reading a log."""
+    rows = list(sources.table("tests/data/RESULTS.md", "## Memory and time").items())[2:]
+    memory = [number(cells[1]) for _, cells in rows]
+    times = [number(cells[0]) / number(size) for (_, size), cells in rows]
+    return [min(memory), max(memory), min(times), max(times)]
+
+
+def simd_targets(sources):
+    """How often as long as with AVX2 a scan takes: with SSSE3 and with portable loops, the least and the greatest, with AVX-512."""
+    rows = list(sources.table("tests/benchmark/RESULTS.md", "## SIMD targets").values())[2:]
+    portable, ssse3, avx3 = ([number(cells[column]) / number(cells[2]) for cells in rows] for column in (0, 1, 3))
+    return [min(ssse3), max(ssse3), min(portable), max(portable), sum(avx3) / len(avx3)]
+
+
+def amcl_away(sources):
+    """After how long [s] lifecycle_manager notices that amcl is gone."""
+    return [number(re.search(r"lifecycle_manager notices (\d+) s after", sources.text("tests/live/RESULTS.md")).group(1))]
+
+
 def latency(sources):
     """Median from the end of localizing to the receipt of a line of --stream [ms]."""
     return [number(re.search(r"the time of localizing: median ([\d.]+) ms", sources.text("tests/python/RESULTS.md")).group(1))]
@@ -103,7 +128,12 @@ def beam_model(sources):
 
 # page, what stands there (each group is a figure), what the figures are
 QUOTES = [
+    ("README.md", r"(\d+) scans localized one by one", picture),
     ("README.md", r"(\d+) to (\d+) % are called `localized`, ([\d.]+) % over all", other_sites),
+    ("doc/formats.md", r"takes (\d+) to (\d+) MB of memory, and ([\d.]+) to ([\d.]+) s of processor time a gigabyte", reading_of_logs),
+    ("doc/live.md", r"must be back within (\d+) s", amcl_away),
+    ("doc/other_systems.md", r"SSSE3 a scan takes ([\d.]+) to ([\d.]+) times the time of AVX2, with portable loops ([\d.]+) to ([\d.]+) times, "
+     r"with AVX-512 ([\d.]+) times", simd_targets),
     ("doc/atlas.md", r"\| (477) recorded \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|",
      lambda sources: atlas(sources, "477")),
     ("doc/atlas.md", r"\| (525) simulated \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|",
@@ -129,19 +159,28 @@ QUOTES = [
 ]
 
 
-LOOKS_MEASURED = re.compile(r"\d[\d.,]* ?(?:%|ms\b|MB\b|GB\b|frames/s)|\b\d[\d,]* of \d[\d,]*\d\b")
+LOOKS_MEASURED = re.compile(r"\d[\d.,]* ?(?:%|[mu]?s\b|[kMG]B\b|frames/s|times\b)|\b\d[\d,]* of \d[\d,]*\d\b")
 # page, what stands there (`.*` for the whole page), where its figures come from
 ORIGINS = [
     ("README.md", r"<!-- headline\.py writes what follows -->.*?<!-- until here.*?-->", "headline.py"),
     ("README.md", r"```console \$ git clone.*?```", "what ./demo.sh prints; times differ"),
     ("README.md", r"95 % intervals", "nominal"),
-    ("doc/formats.md", r".*", "limits, each with a test of the reader; speed: tests/data/RESULTS.md"),
+    ("doc/fleet.md", r"programs/fleet_on_slurm.py` starts a Slurm .*", "the table that this program leads to; date and versions above it"),
+    ("doc/formats.md", r"recorded up to 1 s later", "a limit: test RosLog"),
+    ("doc/formats.md", r"less than 1 ms or more than 0.5 s", "limits of a sweep: test RosLog"),
+    ("doc/formats.md", r"more than 256 MB of messages", "a limit, in promises.md with its test"),
+    ("doc/formats.md", r"no wall along more than 95 % of its border", "a threshold of a warning"),
     ("doc/how_it_works.md", r"99 % of the swept ranges are within a cell", "test RangeSweep, its bound"),
-    ("doc/how_it_works.md", r"\*Scan 30: .*?\*", "the picture's own scan"),
-    ("doc/how_it_works.md", r"\b60 %", "a constant of the tracker"),
-    ("doc/live.md", r".*", "tests/live/RESULTS.md and experiments/RESULTS.md, linked beside each row"),
-    ("doc/other_systems.md", r".*", "trials, with the commit beside each"),
-    ("doc/promises.md", r".*", "limits, with the test of each beside it"),
+    ("doc/how_it_works.md", r"\*Scan 30: .*?\*", "test WorkedExample, which reads the page"),
+    ("doc/how_it_works.md", r"less 0.067 times the coarse cost", "a constant of refinement.cpp"),
+    ("doc/how_it_works.md", r"exp\(-time / 1 s\)|\b60 %|points and 1 s were chosen|w_j is 0.3 times", "constants of the tracker"),
+    ("doc/how_it_works.md", r"clocks within 5 s|more than 0.25 s late", "limits of the calibration"),
+    ("doc/live.md", r"the odometry plus 1 s|scans of the last 2 s", "settings of d2s1r-live"),
+    ("doc/live.md", r"the 0.1 to 0.2 s of a scan", "what lasers take for a turn"),
+    ("doc/other_systems.md", r"\| system \| what was tried .*?(?=On Ubuntu)", "trials, with the commit beside each"),
+    ("doc/promises.md", r"## Memory and time .*?(?=## Loops)", "limits, with the test of each beside it"),
+    ("doc/promises.md", r"## Loops over input .*", "limits and pauses in the code"),
+    ("doc/usage.md", r"up to 0.5 s apart|a constant of up to 5 s", "limits of the ground truth"),
     ("doc/usage.md", r"diagnosis 0 of 20.*?--range-factor", "an example of what is printed"),
 ]
 
