@@ -81,6 +81,5 @@ def convergence(results):
         "evenly spread; no two drives share a frame. How many [%] came within 0.2 m and 10 deg at all, and were there at the "
         "end, in brackets the 95 % interval; after how many scans and how far a drive [m], on average of those. "
         "Published, AMCL from such a guess: 20 of 20, in 2.0 to 11.0 s, 4.4 s on average; without a guess it fails (no "
-        "figure). d2s1r needs one scan and no drive: the rows of `test` in the table of all sets. The picture of the paper's "
-        "Fig. 7b, particles on the map as they gather, has no counterpart here.",
+        "figure). d2s1r needs one scan and no drive: the rows of `test` in the table of all sets.",
         ["site", "start", "reached", "at the end", "scans", "m"], rows)

@@ -72,7 +72,8 @@ def paper_index(shown):
     rows += [
         ["D_M and D_G, the buildings", "quoted only, in rows of their own: their maps are not among our sites"],
         ["Its rivals, Tables III and IV", "[comparison](comparison/README.md)"],
-        ["Fig. 7b, particles on the map as they gather", "no counterpart"],
+        ["Fig. 7b, particles on the map as they gather",
+         "no counterpart: one picture of a scan and a drive that the paper does not tell; the table counts how many drives converge instead"],
         ["Stage, the simulator", "not used: rays are followed exactly from grid line to grid line, noise 0.01 m"],
         ["Figs. 3 and 4 in the paper's buildings", "left out with `--no-maps`: the licence of the Intel map is unknown"]]
     return tables.table("The paper's experiments", "Wang, Zhang, Zhao and Zhang, IEEE Sensors Journal 21(10), 2021.",
