@@ -65,10 +65,11 @@ class Run:
         """[runs.Frame]"""
         with tempfile.TemporaryDirectory() as out:
             command = [program, "-q", "-m", (self.other or self.site).map(SET), "-i", self.site.folder / f"{SET}.rawlog", "-o", out,
-                       "--no-rawlog"]
+                       "-c", fingerprint.PROJECT / "share/d2s1r/config/default.ini", "--no-rawlog"]
             if most:
                 command += ["--frames", f"::{max(1, len(self.site.truth(SET)) // most)}"]
-            subprocess.run(list(map(str, command)), check=True)
+            if status := subprocess.run(list(map(str, command))).returncode:  # which has said why
+                sys.exit(f"headline.py: {self.site.name}: rawlog-localize ended with status {status}")
             return runs.read_frames(pathlib.Path(out) / "frames.csv", self)
 
 

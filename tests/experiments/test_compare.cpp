@@ -147,6 +147,17 @@ TEST_F(Compare, ASiteOfOneScanMayHaveAnyNameAndATurnedMap)
 	EXPECT_FALSE(fs::exists(path("out/runs")));
 }
 
+TEST_F(Compare, TheHeadlineNamesASiteThatIsNotWhole)
+{
+	fs::create_directories(path("sites/intel"));
+	const ProcessResult result = run_program(
+	    {"/usr/bin/env", "D2S1R_DATA=" + path("sites"), kPython, "-B",
+	     std::string(D2S1R_SOURCE_DIR) + "/experiments/headline.py", "--build", D2S1R_BUILD_DIR});
+	EXPECT_EQ(result.status, 1);
+	EXPECT_NE(result.err.find("headline.py: intel: rawlog-localize ended with status 2"), std::string::npos)
+	    << result.err;
+}
+
 TEST_F(Compare, TruthIsReadInAllFormsAndBetweenTwoLines)
 {
 	write_file(path("mrpt.txt"), "% time x y z yaw pitch roll\n10 1 2 0 0.5 0 0\n10.4 2 2 0 0.7 0 0\n12 0 0 0 0 0 0\n");
