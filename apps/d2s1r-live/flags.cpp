@@ -90,7 +90,7 @@ void add_search_options(app::OptionGroup search, LiveSettings& settings)
 	    "--region", "X0,Y0,X1,Y1", "search only in the box between these two corners [m], map frame; not with an atlas",
 	    [&](const std::string& text) { settings.region = app::parse_region(text); });
 	search.value(
-	    "--rate", "HZ", "localize at most this many scans each second (default: all)",
+	    "--rate", "HZ", "localize at most this many scans each second (default: all; 20 with --track)",
 	    [&](const std::string& text)
 	    {
 		    settings.most_scans = parse_finite_number(text);

@@ -115,9 +115,10 @@ void LiveLocalizer::State::clear_after_jump()
 /// Returns whether the scan comes too soon after the last one that was answered.
 bool LiveLocalizer::State::is_early(const WaitingScan& scan) const
 {
-	if (settings.most_scans <= 0 || asked || !answered.last || scan.topic != robot.laser()) return false;
-	constexpr double kJitter = 1e-3;  // [s]
-	return seconds(scan.header.time - answered.last->time) < 1 / settings.most_scans - kJitter;
+	constexpr double kJitter = 1e-3, kTracked = 20;  // [s], [1/s] odometry tells of a tracked robot as much in between
+	const double most = settings.most_scans > 0 ? settings.most_scans : settings.track ? kTracked : HUGE_VAL;
+	if (asked || !answered.last || scan.topic != robot.laser()) return false;
+	return seconds(scan.header.time - answered.last->time) < 1 / most - kJitter;
 }
 
 std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std::string& problem) const

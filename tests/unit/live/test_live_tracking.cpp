@@ -55,6 +55,16 @@ TEST(LiveTracking, TellsThePoseAtEachReadingOfTheOdometry)
 	EXPECT_TRUE(drive.seeds.empty());
 }
 
+TEST(LiveTracking, TakesTwentyScansASecond)
+{
+	TrackedDrive drive;
+	drive.period = kSecond / 40;
+	int answers = 0;
+	for (int i = 0; i < 40; i++) answers += drive.step(0.01, 0.03) ? 1 : 0;
+	EXPECT_EQ(answers, 20);
+	EXPECT_LT(distance_between(drive.live.take_tracked()->robot, drive.robot.pose), 0.1);
+}
+
 TEST(LiveTracking, FindsARobotThatWasCarriedAway)
 {
 	TrackedDrive drive;

@@ -48,7 +48,7 @@ struct LiveSettings
 	Prior region;               //!< where the robot may be, map frame
 	double seed_std = 0.3;      //!< [m] added to the uncertainty of a seed
 	double seed_std_yaw = 0.1;  //!< [rad] added to the uncertainty of its yaw
-	double most_scans = 0;      //!< [1/s] that are localized; 0: all
+	double most_scans = 0;      //!< [1/s] that are localized; 0: all, or 20 if a Tracker follows the robot
 	std::optional<ros::HeightBand> cloud_height;  //!< of the points of clouds that make scans
 	ros::Overrides overrides;                     //!< of the laser in use, and of the odometry
 	bool as_told = false;                         //!< whether messages are believed that the drive contradicts
