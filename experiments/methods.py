@@ -65,7 +65,8 @@ class Peer:
 
 PEERS = {
     "iris_lama": Peer("iris_lama, Loc2D", ("iris-lama",), "3,000 poses a round, at most 10 rounds, residual 0.15", "defaults of Loc2D::Options"),
-    "relocalization_toolbox": Peer("relocalization_toolbox", ("relocalization-toolbox",), "config_2d.yaml", "as shipped"),
+    "relocalization_toolbox": Peer("relocalization_toolbox", ("relocalization-toolbox",), "config_2d.yaml; sure from a score of 0.85", "as shipped",
+                                   doubts=True),
     "cbgl": Peer("CBGL with PL-ICP", ("cbgl",), "params_cbgl.yaml and params_csm.yaml; scans as of a laser that hangs upside down",
                  "as shipped; the laser: where the sign of the yaw is right"),
     "cartographer": Peer("Cartographer's matcher", ("cartographer",), "pose_graph.lua and trajectory_builder_2d.lua; sure from a score of 0.6",
