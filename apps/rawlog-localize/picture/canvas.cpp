@@ -2,13 +2,14 @@
 #include "picture/canvas.h"
 
 #include <cairo.h>
-#include <nlohmann/json.hpp>
 #include <png.h>
 
 #include <algorithm>
 #include <cstring>
 #include <new>
 #include <stdexcept>
+
+#include "picture/sheet.h"
 
 namespace d2s1r::app
 {
@@ -20,13 +21,6 @@ cairo_t* make_context(int width, int height)
 	cairo_t* const context = cairo_create(surface);
 	cairo_surface_destroy(surface);  // the context keeps it
 	return context;
-}
-
-/// Returns a text with U+FFFD for what is not UTF-8, which cairo takes for an error; names of files may hold any bytes.
-std::string with_utf8_only(const std::string& text)
-{
-	using nlohmann::json;
-	return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
 void check_status(cairo_status_t status)

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "picture/sheet.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -89,6 +91,13 @@ Grid grid_of_sheet(const Placed& placed)
 	return sheet;
 }
 }  // namespace
+
+std::string with_utf8_only(const std::string& text)
+{
+	using nlohmann::json;
+	const std::string quoted = json(text).dump(-1, ' ', false, json::error_handler_t::replace);
+	return json::parse(quoted.data(), quoted.data() + quoted.size()).get<std::string>();
+}
 
 DrawnFrames::DrawnFrames(const FrameStore& frames, std::map<std::string, mrpt::math::TPoint2D> shifts)
     : store_(frames), shifts_(std::move(shifts)), moved_(frames.kept())

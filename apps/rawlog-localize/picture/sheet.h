@@ -22,6 +22,9 @@ struct MapName
 	double height;               //!< [m] of the free space
 };
 
+/// Returns a text with U+FFFD for what is not UTF-8, which cairo takes for an error; names of files may hold any bytes.
+std::string with_utf8_only(const std::string& text);
+
 /// The frames of a run as they are drawn: in the frame of their map, or of a sheet of several maps.
 class DrawnFrames
 {

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <d2s1r/localization.h>
 
 #include <algorithm>

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/drive_problem.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>

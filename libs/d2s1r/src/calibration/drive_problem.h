@@ -3,7 +3,7 @@
 // odometry, by how the laser is read and where it was.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <d2s1r/calibration.h>
 
 #include <array>

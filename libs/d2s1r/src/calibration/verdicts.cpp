@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/verdicts.h"
 
+#include <Eigen/Cholesky>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // What the least squares of a drive say of each unknown: how sure they are, and whether the messages are wrong.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include <array>
 #include <cstddef>

@@ -2,7 +2,8 @@
 #include "fine/refinement.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Jacobi>
+#include <Eigen/LU>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -136,11 +137,30 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 	return kept;
 }
 
+/// The axes of a symmetric matrix.
+struct Axes
+{
+	Eigen::Vector2d values;      //!< increasing
+	Eigen::Matrix2d directions;  //!< a unit vector in each column
+};
+
+/// Returns them by one rotation. Eigen's solver for matrices of any size takes seconds to compile.
+Axes axes_of(const Eigen::Matrix2d& matrix)
+{
+	Eigen::JacobiRotation<double> rotation;
+	rotation.makeJacobi(matrix, 0, 1);
+	Axes axes;
+	axes.directions << rotation.c(), rotation.s(), -rotation.s(), rotation.c();
+	axes.values = (axes.directions.transpose() * matrix * axes.directions).diagonal();
+	if (axes.values(0) > axes.values(1)) axes = {axes.values.reverse(), axes.directions.rowwise().reverse()};
+	return axes;
+}
+
 /// Returns the unit vector in the map along which the end points hold the position least.
 Eigen::Vector2d open_direction(const DistanceField& field, const BeamSubset& beams, const TPose2D& pose, double kernel)
 {
 	const Eigen::Matrix3d information = information_of(sum_end_points(field, beams.returns, pose, kernel));
-	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(information.topLeftCorner<2, 2>()).eigenvectors().col(0);
+	return axes_of(information.topLeftCorner<2, 2>()).directions.col(0);
 }
 
 /// Returns the variance [m^2] of the distance of one end point, of which more tell no more of the same walls.
@@ -204,11 +224,11 @@ double step_in_place(const Eigen::Vector3d& direction)
 /// Returns the way along which `covariance` (x, y, phi) leaves the position most open.
 Way along_open_direction(const Eigen::Matrix3d& covariance)
 {
-	const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
-	const double variance = axes.eigenvalues()(1);
-	const Eigen::Vector3d direction = covariance.leftCols<2>() * axes.eigenvectors().col(1) / variance;
+	const Axes axes = axes_of(covariance.topLeftCorner<2, 2>());
+	const double variance = axes.values(1);
+	const Eigen::Vector3d direction = covariance.leftCols<2>() * axes.directions.col(1) / variance;
 	Eigen::Vector3d held = Eigen::Vector3d::Zero();
-	held.head<2>() = axes.eigenvectors().col(1);
+	held.head<2>() = axes.directions.col(1);
 	return {direction, held, variance, step_in_place(direction)};
 }
 

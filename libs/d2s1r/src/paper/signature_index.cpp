@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "paper/signature_index.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 #include <nanoflann.hpp>
 
 #include <algorithm>
