@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds everything and runs all tests, then the unit tests once more under AddressSanitizer and
-# UndefinedBehaviorSanitizer, and with them each fuzz target for 15 s. Takes a bare Debian 12 machine (root, or a user with
+# UndefinedBehaviorSanitizer, and with them each fuzz target for 10 s. Takes a bare Debian 12 machine (root, or a user with
 # sudo, who is asked first) to a result.
 set -euo pipefail
 cd "$(dirname "$0")"

@@ -68,11 +68,11 @@ struct Drive
 		for (int i = 0; i < count; i++) step(ahead, turn);
 	}
 
-	/// Lets time pass with two scans in each second.
+	/// Lets time pass with a scan each second.
 	void wait(int seconds)
 	{
-		period = kSecond / 2;
-		steps(2 * seconds);
+		period = kSecond;
+		steps(seconds);
 		period = kStep;
 	}
 

@@ -58,7 +58,7 @@ TEST(LiveLocalizer, SeedsATrackerThatWasKilledAndStartedAgain)
 				EXPECT_LT(distance_between(seed.pose, truth), 0.1);
 				drive.wait(kLease);
 				drive.live.set_tracker_readers(1, ever);
-				drive.steps(20);
+				drive.wait(5);
 				EXPECT_EQ(drive.seeds.size(), before + 1) << "it took the seed";
 			}
 		}
