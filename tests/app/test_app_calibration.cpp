@@ -99,6 +99,9 @@ TEST_F(AppCalibration, BeamsInAnotherOrderOrOtherTimes)
 		expect_right("reversed at " + std::to_string(rate), reversed);
 		reversed.drive.odometry_error = 0.15;
 		expect_right("reversed, rough odometry, at " + std::to_string(rate), reversed);
+		reversed.told_duration = -0.1;
+		reversed.drive.truth.duration = 0.1;
+		expect_right("told as reversed, at " + std::to_string(rate), reversed);
 		ToldDrive too_small(rate);
 		too_small.told_duration = 0.01;
 		too_small.drive.truth.duration = 0.2;

@@ -49,7 +49,8 @@ Overrides with_shown(Overrides given, const Calibration& shown, const RangeScan&
 	{
 		const auto milliseconds = [](double time) { return std::round(1000 * time) / 1000 + 0.0; };
 		const bool is_instant = std::abs(reading.duration) < 2 * shown.findings[calibration::kDuration].deviation;
-		given.sweep = SweepTime{is_instant ? 0 : milliseconds(reading.duration), milliseconds(reading.first_beam())};
+		given.sweep = is_instant ? SweepTime{0, milliseconds(reading.start)}
+		                         : SweepTime{milliseconds(reading.duration), milliseconds(reading.first_beam())};
 	}
 	if (is_changed(calibration::kRangeFactor))
 		given.range_factor = given.range_factor.value_or(1) * reading.range_factor;

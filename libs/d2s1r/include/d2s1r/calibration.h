@@ -68,7 +68,7 @@ struct RecordedBeam
 {
 	float angle = 0;  //!< [rad] counter-clockwise as seen from above, in the frame of the laser
 	float range = 0;  //!< [m]
-	float share = 0;  //!< [0, 1] of the sweep that has passed when it is taken
+	float share = 0;  //!< [0, 1] of the beams of the scan that come before it
 };
 
 /// Holds a scan that was found in the map.

@@ -295,10 +295,10 @@ Calibration calibrate(
 	shown.reading = told;
 	shown.reading.is_odometry_mirrored = all.state.reading.is_odometry_mirrored;
 	shown.reading.odometry_clock = all.state.reading.odometry_clock;
+	if (changed[kDuration]) shown.reading.duration = all.state.reading.duration;
 	for (std::size_t i = 0; i < kUnknowns; i++)
-		if (changed[i])
-			value_in(shown.reading, i) =
-			    value_of(told, static_cast<Unknown>(i)) + change_of(i, changed, differences).value;
+		value_in(shown.reading, i) =
+		    told_value(told, shown.reading, i) + (changed[i] ? change_of(i, changed, differences).value : 0);
 	if (result.is_confirmed)
 		problem.improve(shown, 1);  // which changes next to nothing
 	else
@@ -325,7 +325,7 @@ Calibration calibrate(
 		Finding& finding = result.findings[i];
 		const auto& covariance = differences.covariance;
 		const auto at = static_cast<Eigen::Index>(i);
-		finding.estimate = finding.told + differences.values[at];
+		finding.estimate = told_value(told, all.state.reading, i) + differences.values[at];
 		finding.deviation = std::sqrt(covariance(at, at));
 		if (finding.verdict == Verdict::kChanged || known[i]) continue;
 		finding.log_odds = std::max(0.0, log_odds_of(change_of(i, changed, differences), scales[i]));
@@ -340,9 +340,9 @@ Calibration calibrate(
 	}
 	if (result.shown.odometry_clock != told.odometry_clock)  // which a late laser cannot be told from
 	{
-		result.shown.odometry_clock += result.findings[kStart].estimate - told.start;
-		result.shown.start = told.start;
-		result.findings[kStart].estimate = told.start;
+		const double start = told_value(told, result.shown, kStart);
+		result.shown.odometry_clock += result.findings[kStart].estimate - start;
+		result.shown.start = result.findings[kStart].estimate = start;
 		result.findings[kStart].verdict = Verdict::kAsTold;
 	}
 	return result;

@@ -21,6 +21,12 @@ double& value_in(Reading& reading, std::size_t unknown)
 	return *values[unknown];
 }
 
+double told_value(const Reading& told, const Reading& reading, std::size_t unknown)
+{
+	const bool is_reversed = reading.duration * told.duration < 0;
+	return unknown == kStart && is_reversed ? told.first_beam() : value_of(told, static_cast<Unknown>(unknown));
+}
+
 double difference(std::size_t unknown, double a, double b)
 {
 	return unknown == kYaw ? wrapToPi(a - b) : a - b;
@@ -204,7 +210,7 @@ Normal Problem::normal(const State& state, bool with_groups)
 	for (std::size_t i = 0; i < kUnknowns; i++)
 	{
 		const double off =
-		    difference(i, value_of(state.reading, static_cast<Unknown>(i)), value_of(told_, static_cast<Unknown>(i)));
+		    difference(i, value_of(state.reading, static_cast<Unknown>(i)), told_value(told_, state.reading, i));
 		add_prior(i, std::pow(is_free[i] ? kScales[i].before : kFixed, -2), off, sums);
 	}
 	add_prior(kUnknowns, std::pow(kOffset, -2), state.offset, sums);

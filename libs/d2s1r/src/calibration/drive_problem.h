@@ -22,6 +22,10 @@ constexpr double kDegree = M_PI / 180;
 /// Returns one of the numbers of a reading, see Unknown.
 double& value_in(Reading& reading, std::size_t unknown);
 
+/// Returns what messages say of an unknown of a reading. A sweep that goes the other way than they say starts with the
+/// beam that they call the first.
+double told_value(const Reading& told, const Reading& reading, std::size_t unknown);
+
 /// Returns a - b of an unknown, of angles that below a half turn.
 double difference(std::size_t unknown, double a, double b);
 

@@ -129,19 +129,24 @@ double refit(Problem& problem, State& state, int steps)
 
 State best_fit(Problem& problem, const Reading& told, const Given& given)
 {
-	Fit best = fit(problem, told);
-	const auto try_start = [&](const Reading& reading, double handicap)
+	const auto fit_from = [&](const Reading& start)
 	{
-		Fit other = fit(problem, reading);
-		other.cost += handicap;
+		Fit found = fit(problem, start);
+		Reading& at = found.state.reading;
+		const double late = at.start - told_value(told, at, kStart);
+		if (!given.is_odometry_known && std::abs(late) > kLatest) at.odometry_clock += late, at.start -= late;
+		const bool is_told =
+		    at.is_odometry_mirrored == told.is_odometry_mirrored && at.odometry_clock == told.odometry_clock;
+		if (!is_told) found.cost += kClear;
+		return found;
+	};
+	Fit best = fit_from(told);
+	const auto try_start = [&](const Reading& reading)
+	{
+		Fit other = fit_from(reading);
 		if (other.cost < best.cost) best = std::move(other);
 	};
-	for (const Reading& start : likely_readings(problem, told, given))
-	{
-		const bool is_told =
-		    start.is_odometry_mirrored == told.is_odometry_mirrored && start.odometry_clock == told.odometry_clock;
-		try_start(start, is_told ? 0 : kClear);
-	}
+	for (const Reading& start : likely_readings(problem, told, given)) try_start(start);
 	const Reading with_told_sweep = best.state.reading;
 	for (const double duration : {0.0, 0.1, -0.1, 0.2, -0.2})
 	{
@@ -149,19 +154,15 @@ State best_fit(Problem& problem, const Reading& told, const Given& given)
 		Reading reading = with_told_sweep;
 		reading.start += 0.5 * (std::abs(reading.duration) - std::abs(duration));
 		reading.duration = duration;
-		try_start(reading, 0);
+		try_start(reading);
 	}
 	for (const double factor : {0.975, 1.025})
 	{
 		if (!problem.is_free[kRangeFactor]) break;
 		Reading reading = best.state.reading;
 		reading.range_factor *= factor;
-		try_start(reading, 0);
+		try_start(reading);
 	}
-	Reading& reading = best.state.reading;
-	const double late = reading.start - told.start;
-	if (!given.is_odometry_known && std::abs(late) > kLatest)
-		reading.odometry_clock += late, reading.start = told.start;
 	return best.state;
 }
 }  // namespace d2s1r::calibration
