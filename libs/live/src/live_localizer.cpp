@@ -210,6 +210,8 @@ std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 		state.asked = false;
 		state.answered.last = *answer;
 		state.answered.last_at = now;
+		const Time period = state.period(), due = state.answered.due;
+		state.answered.due = (std::abs(answer->time - due) < period ? due : answer->time) + period;
 		answers.push_back(std::move(*answer));
 	}
 	return answers;

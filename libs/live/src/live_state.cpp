@@ -112,13 +112,20 @@ void LiveLocalizer::State::clear_after_jump()
 	tracker.clear();
 }
 
-/// Returns whether the scan comes too soon after the last one that was answered.
+/// Returns the least time [ns] between scans that are answered, in the mean.
+Time LiveLocalizer::State::period() const
+{
+	constexpr double kTracked = 20;  // [1/s] odometry tells of a tracked robot as much in between
+	const double most = settings.most_scans > 0 ? settings.most_scans : settings.track ? kTracked : HUGE_VAL;
+	return static_cast<Time>(static_cast<double>(kSecond) / most);
+}
+
+/// Returns whether the scan comes too soon after those that were answered.
 bool LiveLocalizer::State::is_early(const WaitingScan& scan) const
 {
-	constexpr double kJitter = 1e-3, kTracked = 20;  // [s], [1/s] odometry tells of a tracked robot as much in between
-	const double most = settings.most_scans > 0 ? settings.most_scans : settings.track ? kTracked : HUGE_VAL;
-	if (asked || !answered.last || scan.topic != robot.laser()) return false;
-	return seconds(scan.header.time - answered.last->time) < 1 / most - kJitter;
+	constexpr Time kJitter = 10;  // [1/period] of the times of scans
+	if (period() == 0 || asked || !answered.last || scan.topic != robot.laser()) return false;
+	return scan.header.time < answered.due - period() / kJitter;
 }
 
 std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std::string& problem) const

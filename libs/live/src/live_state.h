@@ -90,6 +90,7 @@ struct AnsweredScans
 	std::deque<mrpt::poses::CPose2D> stood_at;  //!< last localized poses
 	std::optional<ScanAnswer> last;
 	Time last_at = 0;  //!< by the clock
+	Time due = 0;      //!< of the next scan, by LiveSettings::most_scans
 };
 
 /// What a LiveLocalizer knows, and how it answers a scan.
@@ -123,6 +124,7 @@ struct LiveLocalizer::State
 	void clear_after_jump();
 	bool expects_odometry() const { return odometry_publishers > 0 || robot.track().newest(); }
 	bool is_early(const WaitingScan& scan) const;
+	Time period() const;
 	std::optional<ScanAnswer> answer(const WaitingScan& scan);
 	std::optional<mrpt::poses::CPose2D> motion_to(const std::optional<mrpt::poses::CPose2D>& now);
 	ScanAnswer localize(
