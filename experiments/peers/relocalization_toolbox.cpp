@@ -30,7 +30,8 @@ class Master
 		setenv("ROS_MASTER_URI", ("http://127.0.0.1:" + port).c_str(), 1);
 		setenv("ROS_IP", "127.0.0.1", 1);
 		process_ = fork();
-		if (process_ != 0) return;
+		if (process_ < 0) throw std::runtime_error("no process can be made for rosmaster");
+		if (process_ > 0) return;
 		execlp("rosmaster", "rosmaster", "--core", "-p", port.c_str(), static_cast<char*>(nullptr));
 		_exit(127);
 	}

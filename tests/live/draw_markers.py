@@ -41,7 +41,7 @@ def markers_of_a_drive(build, site_map):
 
 
 def draw(markers, site_map, out):
-    picture, extent_of = sites.map_image(site_map)
+    picture, extent_of, _ = sites.map_image(site_map)
     grey = np.asarray(Image.open(picture).convert("L"))
     figure, axes = plt.subplots(figsize=(8, 8 * grey.shape[0] / grey.shape[1]), dpi=110)
     axes.imshow(grey, cmap="gray", vmin=-150, vmax=255, extent=extent_of(*grey.shape), interpolation="nearest")

@@ -222,6 +222,10 @@ TEST(RosArguments, WhatIsMalformedIsRefused)
 	EXPECT_NE(refusal_of({"scan:=/x"}).find("write --ros-args -r scan:=/x"), std::string::npos);
 	EXPECT_NE(refusal_of({"--ros-args", "--params-file", "/"}).find("/: cannot be read"), std::string::npos);
 	EXPECT_NE(refusal_of({"--ros-args", "--log-level", "loud"}).find("loud: is not a level"), std::string::npos);
+	const test::TempFolder folder;
+	const std::string file = folder.write("long.yaml", std::string(300'000, '#') + "\n");
+	EXPECT_EQ(
+	    refusal_of({"--ros-args", "--params-file", file}), file + ": is longer than 256 kB; name a file of parameters");
 }
 
 TEST(RosArguments, ParametersThatAreTrueOrFalseAreNothingElse)
