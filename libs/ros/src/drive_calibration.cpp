@@ -79,7 +79,7 @@ constexpr std::array<UnknownText, kUnknowns> kTexts = {
     {{"yaw of the laser", "deg", M_PI / 180, 1},
      {"x of the laser", "m", 1, 3},
      {"y of the laser", "m", 1, 3},
-     {"start of the sweep after the stamp", "s", 1, 3},
+     {"sweep start after the stamp", "s", 1, 3},
      {"duration of the sweep", "s", 1, 3},
      {"scale of the angles", "", 1, 4},
      {"factor of the ranges", "", 1, 4},
