@@ -81,26 +81,21 @@ def all_jobs(found, sweep_frames, drives):
                    if site.name in CORRIDORS and site.has("run") and drives for config in plan.CONFIGS]
 
 
-def turning(results, curves):
-    """\\p curves: tables.points() of the field of view, of the single scans"""
+def turning(results):
+    turned = {(job.site.name, job.field_of_view, job.config): frames for job, frames in results.items() if isinstance(job, TurnedJob)}
     rows = []
-    for field_of_view in TURNED:
-        for name in sorted({job.site.name for job in results if isinstance(job, TurnedJob)}):
-            cells = []
-            for config in plan.CONFIGS:
-                single = curves.get((name, "sim360_off", config), {}).get(field_of_view)
-                turned = next((frames for job, frames in results.items() if isinstance(job, TurnedJob) and
-                               (job.site.name, job.config, job.field_of_view) == (name, config, field_of_view)), [])
-                cells += [tables.success_cell(single or []), tables.success_cell(turned)]
-            rows.append([name, f"{field_of_view} deg", *tables.best_marked(cells, max)])
-    columns = [f"{title}, {what}" for title in tables.TITLES for what in ("one scan", "a whole turn")]
+    for name in sorted({name for name, _, _ in turned}):
+        cells = [tables.best_marked([tables.success_cell(turned[name, field_of_view, config]) for config in plan.CONFIGS], max)
+                 for field_of_view in TURNED]
+        rows.append([name, *sum(cells, [])])
+    columns = [f"{title}, {field_of_view} deg" for field_of_view in TURNED for title in tables.TITLES]
     return tables.table(
         "A narrow sensor that turns in place (Section III-C)",
         "[%] success within 0.2 m and 5 deg at places of `sim360_off`, in brackets the 95 % interval. The paper's "
         "remedy for narrow sensors, which it does not measure: the robot turns once about itself, a scan every 10 deg, and "
         "`ScanAccumulator` puts the scans together by the odometry, which misjudges the turn by 1 % (standard deviation); "
-        "the laser is 0.1 m ahead of the middle of the robot, its noise 0.01 m. One scan: the row of the same places in "
-        "the table of the field of view.", ["site", "field of view", *columns], rows)
+        "the laser is 0.1 m ahead of the middle of the robot, its noise 0.01 m. Single scans at the same places: "
+        "the table of the field of view.", ["site", *columns], rows)
 
 
 def following(results):

@@ -39,6 +39,7 @@ class Job:
     window: int = 0  # [-] frames that are judged together; 0: each alone
     map_site: sites.Site = None  # whose map; None: of the scans' own site
     widest: float = USUAL["field_of_view"]  # [deg] field of view of the scans as they are recorded
+    in_map: bool = False  # only scans whose place is in the map and whose truth no log contradicts, as far as the site says so
 
     uses = ("alter", "localize")  # programs
 
@@ -57,6 +58,7 @@ class Job:
         words += [f"reach{self.reach}"] if self.reach != USUAL["reach"] else []
         words += [f"blocked{round(100 * self.blocked)}"] if self.blocked else []
         words += [f"window{self.window}"] if self.window else []
+        words += ["in-map"] if self.in_map else []
         words += [f"n{self.frames}"]
         words += ["in", self.map_site.name] if self.map_site else []
         return "-".join(words)
@@ -70,7 +72,7 @@ class Job:
         altered = folder / "in.rawlog"
         reach = self.reach if self.reach < USUAL["reach"] else math.inf
         facts = json.loads(runner.call("alter", rawlog, altered, f"frames={self.frames}", f"field_of_view={self.field_of_view}",
-                                       f"blocked={self.blocked}", f"reach={reach}"))
+                                       f"blocked={self.blocked}", f"reach={reach}", *self.wanted(folder)))
         if self.config != "paper" or self.scans in sites.SIMULATED:
             return self.localized(runner, folder, altered, ini)
         answers = []
@@ -79,6 +81,15 @@ class Job:
             tried.write_text(methods.published_config(ini.read_text(), CANDIDATES, reading))
             answers.append(self.localized(runner, folder, altered, tried))
         return max(answers, key=lambda frames: sum(frame.right for frame in frames))
+
+    def wanted(self, folder):
+        """Words that leave out scans whose place is not in the map."""
+        here = [stamp for stamp, (in_map, doubtful) in self.site.knowledge(self.scans).items() if in_map and not doubtful]
+        if not (self.in_map and here):
+            return []
+        file = folder / "in_map.txt"
+        file.write_text("".join(f"{stamp / 1000:.3f} 0 0 0\n" for stamp in here))
+        return [f"truth={file}"]
 
     def localized(self, runner, folder, rawlog, ini, *more):
         runner.call("localize", "-q", "-m", self.map, "-i", rawlog, "-o", folder, "-c", ini, *more)
@@ -90,15 +101,15 @@ def swept(site, frames, field_of_view_of):
     for scans in ("sim360_off", "test"):
         if not site.has(scans):
             continue
-        widest = field_of_view_of(site, scans)
+        usual = {"widest": field_of_view_of(site, scans), "in_map": scans == "test"}
         for config in CONFIGS:
             for field_of_view in FIELDS_OF_VIEW:
-                if field_of_view <= widest + WHOLE:
-                    yield Job(site, scans, config, frames, field_of_view=field_of_view, widest=widest)
+                if field_of_view <= usual["widest"] + WHOLE:
+                    yield Job(site, scans, config, frames, field_of_view=field_of_view, **usual)
             for blocked in BLOCKED if scans == "sim360_off" else ():
-                yield Job(site, scans, config, frames, blocked=blocked, widest=widest)
+                yield Job(site, scans, config, frames, blocked=blocked, **usual)
         for reach in REACHES:
-            yield Job(site, scans, "default", frames, reach=reach, widest=widest)
+            yield Job(site, scans, "default", frames, reach=reach, **usual)
 
 
 def all_jobs(found, frames, sweep_frames, field_of_view_of):

@@ -103,7 +103,6 @@ def sections(values, figures, no_maps):
     maps = "## Where scans were localized (Figs. 3 and 4)\n\n" + tables.picture(
         "True places of the scans, as in the paper's Fig. 3, and, as in its Fig. 4, where failures were taken to be: a line from "
         "the true place to the answer", figures["maps"]) if figures["maps"] else ""
-    fields_of_view = tables.points(results, "field_of_view")
     return [
         tables.times(plain), tables.success(plain), tables.precision(plain),
         tables.picture("Errors of the successes, as in the paper's Fig. 2: position in white, yaw in grey, "
@@ -113,8 +112,8 @@ def sections(values, figures, no_maps):
         tables.reliability(plain), tables.confidences(plain), tables.picture(CALIBRATION, figures["reliability"]),
         tables.strangers(results),
         tables.curves("Field of view", results, "field_of_view", "field of view"),
-        tables.picture("Success against field of view", figures["field_of_view"]), CURVES if fields_of_view else "",
-        circles.turning(values, fields_of_view),
+        tables.picture("Success against field of view", figures["field_of_view"]), CURVES if figures["field_of_view"] else "",
+        circles.turning(values),
         tables.curves("Clutter", results, "blocked", "share of the view of a single scan blocked by things 0.4 to 2 m away"),
         tables.picture("Success against clutter", figures["blocked"]),
         tables.curves("Reach", results, "reach", "how far the sensor sees; beyond, it reports nothing. 30 m: as recorded"),

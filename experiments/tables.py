@@ -207,19 +207,18 @@ def windows(runs):
         f"{WINDOW} scans together",
         f"[%] `--window {WINDOW}` on consecutive frames of run.rawlog in map.yaml, from the {WINDOW}th frame on: within 0.3 m "
         "and 5 deg. These maps were built from the same runs, which makes it easier than for `test`. In brackets the 95 % "
-        "interval of Wilson.",
+        "interval.",
         ["site", "frames", "success", "precision", "recall"], rows)
 
 
 def reliability(plain):
-    kinds = {"simulated": sites.SIMULATED, "recorded": ("test",)}
-    rows = []
-    for name, scans in kinds.items():
-        for site in sorted({key[0] for key in plain if key[1] in scans}):
-            frames = sum((f for key, f in plain.items() if key[0] == site and key[1] in scans and key[2] == "default"), [])
-            rows.append([site, name, str(len(frames)), number(measures.calibration_error(frames), 3)])
+    """Of each site's recorded scans, and of all simulated ones together."""
+    of_default = [(site, scans, frames) for (site, scans, config), frames in sorted(plain.items()) if config == "default"]
+    sets = [(f"{site} {scans}", frames) for site, scans, frames in of_default if scans == "test"]
+    sets.append(("all simulated", sum((frames for _, scans, frames in of_default if scans in sites.SIMULATED), [])))
+    rows = [[name, str(len(frames)), number(measures.calibration_error(frames), 3)] for name, frames in sets if frames]
     return table("Reliability", "Expected calibration error of the confidence, ten bins, over the frames with a pose.",
-                 ["site", "scans", "frames", "error"], rows)
+                 ["set", "frames", "error"], rows)
 
 
 def confidences(plain):
@@ -238,18 +237,20 @@ def confidences(plain):
 
 def strangers(results):
     pairs = {(job.map_site.name, job.site.name): frames for job, frames in results.items() if job.map_site}
-    names = sorted({name for pair in pairs for name in pair})
-    rows = [[name] + [share_of(f.status == "localized" for f in pairs[name, other])
-                      if (name, other) in pairs else "" for other in names] for name in names]
-    told = [frame.status == "localized" for frames in pairs.values() for frame in frames]
-    return table("Scans of another site", "[%] Share of scans that get the status `localized`, all of them wrongly, in brackets "
-                 "the 95 % interval: `test` scans of the site in the column, in the map of the site in the row. Over all "
-                 f"pairs: {sum(told)} of {len(told):,}, {share_of(told)}.",
-                 ["map", *names], rows)
+    told = {pair: [frame.status == "localized" for frame in frames] for pair, frames in pairs.items()}
+    rows = []
+    for name in sorted({name for name, _ in told}):
+        others = {other: flags for (map_name, other), flags in told.items() if map_name == name}
+        most = max(others, key=lambda other: measures.mean(map(float, others[other])))
+        rows.append([name, f"{sum(map(len, others.values())):,}", share_of(*others.values()), f"{share_of(others[most])} of {most}"])
+    return table("Scans of another site", "[%] Share of `test` scans of all other sites in this table that get the status `localized`, all of "
+                 "them wrongly, in the map of the site in the row, in brackets the 95 % interval; and that of the site of which it is most. Over all "
+                 f"pairs: {sum(map(sum, told.values()))} of {sum(map(len, told.values())):,}, {share_of(*told.values())}.",
+                 ["map", "scans", "localized", "most"], rows)
 
 
 def curves(title, results, field, meaning):
-    """A row per site, set and method; a column per value of `field`."""
+    """A row per site, set and method; a column per value of `field`. The method is not told if there is but one."""
     lines = points(results, field)
     values = sorted({value for line in lines.values() for value in line})
     rows = []
@@ -258,10 +259,14 @@ def curves(title, results, field, meaning):
         columns = [best_marked([success_cell(lines[site, scans, config].get(value)) for config in configs], max)
                    for value in values]
         rows += [[f"{site} {scans}", plan.TITLES[config], *cells] for config, *cells in zip(configs, *columns)]
+    heads = ["set", "method"]
+    if len({row[1] for row in rows}) == 1:
+        heads, rows = heads[:1], [[row[0], *row[2:]] for row in rows]
     scale, unit = {"field_of_view": (1, "deg"), "blocked": (100, "%"), "reach": (1, "m")}[field]
     columns = [f"{scale * value:g} {unit}" for value in values]
-    return table(title, f"[%] success, in brackets the 95 % interval; columns: {meaning}.",
-                 ["set", "method", *columns], rows)
+    return table(title, f"[%] success{' of d2s1r' if len(heads) == 1 else ''}, in brackets the 95 % interval; columns: {meaning}. "
+                 "Recorded scans: those whose place is in the map.",
+                 [*heads, *columns], rows)
 
 
 def points(results, field):
@@ -270,7 +275,7 @@ def points(results, field):
     lines = {}
     for job, frames in results.items():
         others = all(getattr(job, name) == value for name, value in plan.USUAL.items() if name != field)
-        if job.window or job.map_site or not others or job.frames != fewest:
+        if job.window or job.map_site or not others or job.frames != fewest or job.in_map != (job.scans == "test"):
             continue
         if field == "field_of_view" and job.field_of_view > job.widest + plan.WHOLE:
             continue
