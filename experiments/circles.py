@@ -37,8 +37,8 @@ class TurnedJob:
         yaml = self.site.map(self.scans)
         runner.call("circles", yaml, self.site.truth_file(self.scans), scans, f"frames={self.frames}",
                      f"field_of_view={self.field_of_view}")
-        runner.call("localize", "-q", "-m", yaml, "-i", scans, "-o", folder, "-c",
-                     runner.configs / f"{self.config}.ini")
+        ini = runner.configs / f"{self.config}.ini"
+        runner.call("localize", "-q", "-m", yaml, "-i", scans, "-o", folder, "-c", ini, "--index", runner.index_of(yaml, ini))
         return runs.read_frames(folder / "frames.csv", self)
 
 
@@ -60,16 +60,15 @@ class FollowedJob:
 
     def run(self, runner, folder):
         """[([Frame] of each scan alone, [Frame] of the fusion) of a drive]"""
-        scans, yaml = folder / "circles.rawlog", self.site.folder / "map.yaml"
+        scans, yaml, ini = folder / "circles.rawlog", self.site.folder / "map.yaml", runner.configs / f"{self.config}.ini"
         runner.call("circles", yaml, self.site.truth_file("run"), scans)
         length, every = particle_filter.FRAMES, len(self.site.truth("run"))
         drives = []
         for drive in range(self.drives):
             first = drive * max(0, every - length) // self.drives
             out = folder / f"drive{drive}"
-            runner.call("localize", "-q", "-m", yaml, "-i", scans, "-o", out, "-c",
-                         runner.configs / f"{self.config}.ini", "--index", folder / "index", "--fuse", "--motion", "pseudo",
-                         "--frames", f"{first}:{first + length}")
+            runner.call("localize", "-q", "-m", yaml, "-i", scans, "-o", out, "-c", ini, "--index", runner.index_of(yaml, ini), "--fuse",
+                        "--motion", "pseudo", "--frames", f"{first}:{first + length}")
             drives.append((runs.read_frames(out / "frames.csv", self), runs.read_frames(out / "fused.csv", self)))
         return drives
 

@@ -92,7 +92,7 @@ class Job:
         return [f"truth={file}"]
 
     def localized(self, runner, folder, rawlog, ini, *more):
-        runner.call("localize", "-q", "-m", self.map, "-i", rawlog, "-o", folder, "-c", ini, *more)
+        runner.call("localize", "-q", "-m", self.map, "-i", rawlog, "-o", folder, "-c", ini, "--index", runner.index_of(self.map, ini), *more)
         return runs.read_frames(folder / "frames.csv", self)
 
 

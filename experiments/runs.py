@@ -102,6 +102,7 @@ class Runner:
                 print(f"{len(results)}/{len(jobs)} {job.name}", file=sys.stderr, flush=True)
         finally:
             pool.shutdown(cancel_futures=True)
+            shutil.rmtree(self.folder / "indexes", ignore_errors=True)
         return results
 
     def run(self, job):
@@ -120,6 +121,12 @@ class Runner:
         unfinished.write_text(json.dumps(to_plain(result)))
         unfinished.rename(file)
         return result
+
+    def index_of(self, map_file, ini):
+        """The file that keeps the index of a map for all runs with the same parameters."""
+        folder = self.folder / "indexes"
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder / hashlib.sha256(str(map_file.resolve()).encode() + digest(ini)).hexdigest()[:16]
 
     def key(self, job):
         """Differs if its programs, scripts or data, a setting or the job do."""
