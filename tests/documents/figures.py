@@ -87,6 +87,14 @@ def windows(sources):
     return [number(part) for cell in (cells[1], cells[3], cells[2]) for part in cell.split(" / ")]
 
 
+def sure_windows(sources):
+    """Windows with a confidence above 0.99: how many are wrong, of how many, and how many the confidence tells."""
+    rows = [sources.row("experiments/RESULTS.md", "### How far the confidence of windows can be trusted", confidence)
+            for confidence in ("0.99 to 0.999", "0.999 to 1")]
+    return [sum(number(row[2]) for row in rows), sum(number(row[1]) for row in rows),
+            sum(number(row[1]) * number(row[3]) / 100 for row in rows)]
+
+
 def picture(sources):
     """Scans of README's picture."""
     return [number(re.search(r"(\d+) full circles", sources.text("experiments/RESULTS.md")).group(1))]
@@ -141,6 +149,7 @@ QUOTES = [
     ("doc/atlas.md", r"recorded scan takes ([\d.]+) times as long", atlas_time),
     ("doc/usage.md", r"(\d+) to (\d+) % of scans cut to 3.5 m", lambda sources: reach(sources, 0)),
     ("doc/usage.md", r"(\d+) to (\d+) % of those cut to 8 m", lambda sources: reach(sources, 2)),
+    ("doc/usage.md", r"(\d+) of ([\d,]+) frames are more than 0.5 m or 10° off, and it tells (\d+)", sure_windows),
     ("doc/usage.md", r"both are (\d+) by default", parameters("scoring.hypotheses")),
     ("doc/usage.md", r"is localized \(\[([\d.]+) ms later", latency),
     ("CHANGELOG.md", r"of ([\d,]+) frames of 14 drives ([\d,]+) are localized right and (\d+) wrong \(single scans: ([\d,]+) and (\d+)\)", windows),
