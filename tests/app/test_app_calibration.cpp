@@ -162,6 +162,31 @@ TEST_F(AppCalibration, OtherTransforms)
 	expect_right("upside down", upside_down);
 }
 
+TEST_F(AppCalibration, LasersElsewhereOnTheRobot)
+{
+	for (const double yaw : {45., 90., -90., 180.})
+	{
+		ToldDrive inverse(1.5);
+		inverse.drive.truth.laser.phi = yaw * kDegree;
+		const mrpt::math::TPose2D told = mrpt::math::TPose2D() - inverse.drive.truth.laser;
+		inverse.mount = {"base_link", "laser", told.x, told.y, 0.2, 'z', told.phi};
+		expect_right("transform the other way round, yaw " + std::to_string(yaw), inverse);
+		inverse.drive.odometry_error = 0.1;
+		expect_right("the same and rough odometry", inverse);
+	}
+	// x differs by so little that it would be kept, and would then bend the yaw.
+	ToldDrive aside(1.53, 20);
+	aside.drive.seed = 2067;
+	aside.drive.truth.laser = {0.077, -0.41, 0};
+	expect_right("aside", aside);
+	EXPECT_NE(said_.find(",0,0,0 says"), std::string::npos) << said_;
+	// By its motions this laser cannot be told from one in front of a robot that drives backwards.
+	ToldDrive behind(1.74);
+	behind.drive.seed = 2070;
+	behind.drive.truth.laser = {-0.2, 0.01, -92 * kDegree};
+	expect_right("behind and turned", behind);
+}
+
 TEST_F(AppCalibration, MirroredOdometry)
 {
 	for (const double rate : {1., 2.})

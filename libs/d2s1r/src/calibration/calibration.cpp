@@ -210,11 +210,14 @@ Solution solved(Problem& problem, State state, const Reading& told, int steps)
 /// to be late.
 Unknowns not_shown_by(const Solution& solution, Unknowns known)
 {
-	constexpr double kLeastYaw = 10 * kDegree;  // [rad] that is shown by wheels that are off, too
+	constexpr double kLeastYaw = 10 * kDegree, kLeastWay = 0.3;  // [rad], [m] that wheels that are off show, too
 	const Wheels& wheels = solution.wheels;
 	if (wheels.are_sound()) return known;
-	known[kX] = known[kY] = true;
-	known[kYaw] = known[kYaw] || wheels.are_absurd || std::abs(solution.differences.values[kYaw]) < kLeastYaw;
+	const auto& off = solution.differences.values;
+	const bool is_near = std::hypot(off[kX], off[kY]) < kLeastWay;
+	known[kX] = known[kX] || wheels.are_absurd || is_near;
+	known[kY] = known[kY] || wheels.are_absurd || is_near;
+	known[kYaw] = known[kYaw] || wheels.are_absurd || std::abs(off[kYaw]) < kLeastYaw;
 	known[kStart] = known[kStart] || wheels.are_absurd || wheels.are_rough;
 	return known;
 }
@@ -241,6 +244,44 @@ bool is_confirmed(
 		outliers += !error || error->cwiseAbs().maxCoeff() > kOutlier;
 	}
 	return outliers * kOutliers <= motions;
+}
+
+/// Returns which unknowns the messages say wrongly, those of the wheels among them, and gives these findings. The one
+/// that the drive shows most clearly is taken first, given those that were taken before; one that differs no longer
+/// when others are taken is left. Where the laser is on the robot is one message: if a part of it is wrong, the others
+/// must not be kept at what they are told, which would bend it.
+Unknowns changed_of(
+    const Differences& differences, const Unknowns& known, const std::array<Scale, kUnknowns>& scales,
+    Calibration& result)
+{
+	Unknowns changed = kOfWheels, left = known;
+	const auto is_of_laser = [](std::size_t i) { return i == kYaw || i == kX || i == kY; };
+	for (;;)
+	{
+		std::size_t best = kUnknowns;
+		double most = kClear;
+		const bool is_laser_elsewhere = changed[kYaw] || changed[kX] || changed[kY];
+		for (std::size_t i = 0; i < kUnknowns; i++)
+		{
+			if (changed[i] || left[i]) continue;
+			Scale scale = scales[i];
+			if (is_laser_elsewhere && is_of_laser(i)) scale.matters = scale.told;
+			const double odds = log_odds_of(change_of(i, changed, differences), scale);
+			if (odds > most) best = i, most = odds;
+		}
+		if (best == kUnknowns) return changed;
+		changed[best] = true;
+		result.findings[best].log_odds = most;
+		result.findings[best].verdict = Verdict::kChanged;
+		for (std::size_t i = 0; i < kUnknowns; i++)
+		{
+			if (kOfWheels[i] || !changed[i] || std::abs(change_of(i, changed, differences).value) >= scales[i].told)
+				continue;
+			changed[i] = false;
+			left[i] = true;
+			result.findings[i].verdict = Verdict::kNotShown;
+		}
+	}
 }
 }  // namespace
 
@@ -273,22 +314,7 @@ Calibration calibrate(
 	}
 	known = not_shown_by(all, known);
 	const Differences& differences = all.differences;
-	Unknowns changed = kOfWheels;
-	for (;;)
-	{
-		std::size_t best = kUnknowns;
-		double most = kClear;
-		for (std::size_t i = 0; i < kUnknowns; i++)
-		{
-			if (changed[i] || known[i]) continue;
-			const double odds = log_odds_of(change_of(i, changed, differences), scales[i]);
-			if (odds > most) best = i, most = odds;
-		}
-		if (best == kUnknowns) break;
-		changed[best] = true;
-		result.findings[best].log_odds = most;
-		result.findings[best].verdict = Verdict::kChanged;
-	}
+	const Unknowns changed = changed_of(differences, known, scales, result);
 
 	problem.is_free = changed;
 	State shown = all.state;

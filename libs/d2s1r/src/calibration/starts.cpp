@@ -114,8 +114,16 @@ void learn_noise(Problem& problem, const State& state)
 
 Fit fit(Problem& problem, const Reading& reading)
 {
+	constexpr int kSteps = 8;
 	Fit found{problem.start(reading), 0};
-	found.cost = refit(problem, found.state, 8);
+	found.cost = refit(problem, found.state, kSteps);
+	Reading& at = found.state.reading;
+	if (at.way_scale > 0) return found;
+	// A robot that drives backwards moves a laser as one that drives forwards does with the laser turned about its
+	// middle.
+	at.way_scale = -at.way_scale;
+	at.laser = {-at.laser.x, -at.laser.y, wrapToPi(at.laser.phi + M_PI)};
+	found.cost = refit(problem, found.state, kSteps);
 	return found;
 }
 
