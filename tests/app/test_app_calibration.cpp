@@ -157,6 +157,15 @@ TEST_F(AppCalibration, OtherTransforms)
 		blind.has_odometry = false;
 		EXPECT_EQ(score_of(blind).wrong, 0U) << "nothing shows the yaw\n" << said_;
 	}
+	ToldDrive narrow(1.98);
+	narrow.drive.seed = 2084;
+	narrow.drive.field_of_view = 240 * kDegree;
+	const Score rightly = score_of(narrow);
+	narrow.mount = {"base_link", "laser", 0.2, 0, 0.2, 'x', M_PI};
+	const Score corrected = score_of(narrow);
+	EXPECT_LT(2 * rightly.right, rightly.frames);
+	EXPECT_GE(corrected.right, rightly.right) << said_;
+	EXPECT_EQ(corrected.wrong, 0U) << said_;
 	ToldDrive upside_down;
 	upside_down.are_scans_mirrored = true;
 	expect_right("upside down", upside_down);

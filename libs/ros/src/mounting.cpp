@@ -171,11 +171,11 @@ Mounting best_of(
     const std::function<std::size_t(const Mounting&)>& found_by)
 {
 	Mounting best;
-	std::size_t most = as_told + 2;
+	std::size_t most = as_told + std::max<std::size_t>(2, as_told / 2);
 	for (const Mounting& mounting : mountings)
 	{
 		const std::size_t found = found_by(mounting);
-		if (2 * found < scans || found <= most) continue;
+		if (4 * found < scans || found <= most) continue;
 		most = found;
 		best = mounting;
 	}
