@@ -196,6 +196,24 @@ TEST_F(AppCalibration, LasersElsewhereOnTheRobot)
 	expect_right("behind and turned", behind);
 }
 
+TEST_F(AppCalibration, OdometryInAnotherUnit)
+{
+	for (const double ways : {100., 0.01})
+	{
+		ToldDrive told(1.66);
+		told.drive.seed = 2204;
+		told.drive.truth.way_scale = ways;
+		told.drive.truth.range_factor = 0.994;
+		expect_right("ways times " + std::to_string(ways), told);
+	}
+	ToldDrive and_turns(1.87, 20);
+	and_turns.drive.seed = 2072;
+	and_turns.drive.odometry_error = 0.02;
+	and_turns.drive.truth.way_scale = 100;
+	and_turns.drive.truth.turn_scale = 0.8;
+	expect_right("ways times 100, turns 0.8", and_turns);
+}
+
 TEST_F(AppCalibration, MirroredOdometry)
 {
 	for (const double rate : {1., 2.})

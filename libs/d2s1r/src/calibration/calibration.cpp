@@ -65,6 +65,30 @@ bool Calibration::is_changed() const
 
 namespace
 {
+/// Returns a reading with the unit of the odometry's ways, if these are in another one: all are longer or shorter than
+/// the laser's by one factor, which is far from that of wheels.
+Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, const Track& track)
+{
+	constexpr double kLongest = 5, kWay = 0.3;   // [s], [m] of a motion
+	constexpr double kFactor = 2.5, kAlike = 2;  // [-] that is no error of wheels, [-] of factors
+	constexpr std::size_t kFewest = 4;           // [-] motions
+	std::vector<double> factors;
+	for (std::size_t i = 0; i + 1 < scans.size(); i++)
+	{
+		const auto told = track.motion(reading, scans[i].time, scans[i + 1].time);
+		const TPose2D seen = scans[i + 1].laser - scans[i].laser;
+		const double way = std::hypot(seen.x, seen.y);
+		if (told && way > kWay && scans[i + 1].time - scans[i].time < kLongest && std::hypot(told->x, told->y) > 0)
+			factors.push_back(way / std::hypot(told->x, told->y));
+	}
+	const double factor = median_of(factors);
+	const auto is_alike = [&](double other) { return other < kAlike * factor && factor < kAlike * other; };
+	const auto alike = static_cast<std::size_t>(std::count_if(factors.begin(), factors.end(), is_alike));
+	const bool is_unit = factors.size() >= kFewest && 2 * alike > factors.size();
+	if (is_unit && (factor > kFactor || factor < 1 / kFactor)) reading.way_scale *= factor;
+	return reading;
+}
+
 /// What motions that are long enough, and those that turn enough, say of a reading.
 struct Witnesses
 {
@@ -73,13 +97,13 @@ struct Witnesses
 	std::array<std::vector<double>, 2> turns;     //!< [rad] the same, of each kind
 };
 
-Witnesses witnesses_of(
-    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
+Witnesses witnesses_of(const Reading& said, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
 {
 	constexpr double kWay = 0.5, kTurn = 60 * kDegree, kLongest = 30;  // [m], [rad], [s] of a motion
 	constexpr double kOfPoses = 0.04, kMost = 2.5;                     // [m] [rad], [standard deviations]
 	constexpr double kTimes = 2, kLever = 1, kLeast = 0.3;             // [-], [m], [m] [rad]
 	const Track track(odometry);
+	const Reading reading = in_unit_of_ways(said, scans, track);
 	const Grid no_map;
 	Problem problem(no_map, reading, scans, track);
 	problem.noise.way = 4, problem.noise.turn = 3;  // of wheels that slip
@@ -286,22 +310,23 @@ Unknowns changed_of(
 }  // namespace
 
 Calibration calibrate(
-    const Grid& map, const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,
+    const Grid& map, const Reading& said, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,
     const Given& given)
 {
 	constexpr std::size_t kFewest = 6;    // [-] scans
 	constexpr double kDoubtful = 0.0065;  // [-] scale of angles that fields tell differently
 	Calibration result;
-	result.told = result.shown = told;
+	result.told = result.shown = said;
 	result.scans = scans.size();
 	for (std::size_t i = 0; i < kUnknowns; i++)
-		result.findings[i].told = result.findings[i].estimate = value_of(told, static_cast<Unknown>(i));
+		result.findings[i].told = result.findings[i].estimate = value_of(said, static_cast<Unknown>(i));
 	if (scans.size() < kFewest) return result;
 	Unknowns known = given.known;
 	if (!is_dense(odometry)) known[kStart] = known[kDuration] = true;  // nothing tells how the robot moved meanwhile
 	std::array<Scale, kUnknowns> scales = kScales;
 	if (given.are_angles_doubtful) scales[kAngleScale].matters = kDoubtful;
 	const Track track(odometry);
+	const Reading told = in_unit_of_ways(said, scans, track);
 	Problem problem(map, told, scans, track);
 	for (std::size_t i = 0; i < kUnknowns; i++) problem.is_free[i] = !known[i];
 

@@ -211,7 +211,8 @@ Normal Problem::normal(const State& state, bool with_groups)
 	{
 		const double off =
 		    difference(i, value_of(state.reading, static_cast<Unknown>(i)), told_value(told_, state.reading, i));
-		add_prior(i, std::pow(is_free[i] ? kScales[i].before : kFixed, -2), off, sums);
+		const double unit = i == kWayScale ? told_.way_scale : 1;
+		add_prior(i, std::pow(unit * (is_free[i] ? kScales[i].before : kFixed), -2), off, sums);
 	}
 	add_prior(kUnknowns, std::pow(kOffset, -2), state.offset, sums);
 	for (std::size_t k = 0; k < scans_.size(); k++) add_walls(state, k, sums);

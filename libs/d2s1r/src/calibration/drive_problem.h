@@ -126,6 +126,7 @@ class Problem
 	std::array<bool, kUnknowns> is_free{};
 	Noise noise;
 
+	const Reading& told() const { return told_; }
 	std::size_t scans() const { return scans_.size(); }
 
 	/// Returns a reading, and the scans as they were found, which was with the reading of the messages.

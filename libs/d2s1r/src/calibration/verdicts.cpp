@@ -80,7 +80,8 @@ Wheels wheels_of(const Problem& problem, const State& state, const Residuals& le
 	constexpr double kScale = 0.1, kMostNoise = 2;             // [-], [-] of Noise; all chosen by hand
 	const double noise = std::max(problem.noise.way, problem.noise.turn);
 	return {
-	    std::abs(state.reading.way_scale - 1) > kScale || std::abs(state.reading.turn_scale - 1) > kScale,
+	    std::abs(state.reading.way_scale / problem.told().way_scale - 1) > kScale ||
+	        std::abs(state.reading.turn_scale - 1) > kScale,
 	    noise > kMostNoise, noise > 2 * kMostNoise || left.way > kMostWay || left.turn > kMostTurn};
 }
 }  // namespace d2s1r::calibration
