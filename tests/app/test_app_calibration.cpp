@@ -189,6 +189,17 @@ TEST_F(AppCalibration, LasersElsewhereOnTheRobot)
 	aside.drive.truth.laser = {0.077, -0.41, 0};
 	expect_right("aside", aside);
 	EXPECT_NE(said_.find(",0,0,0 says"), std::string::npos) << said_;
+	// Of wheels that are off, too, the whole transform is corrected: the yaw alone would be bent by x and y as told.
+	ToldDrive wheels_off(1.77);
+	wheels_off.drive.seed = 2225;
+	wheels_off.drive.field_of_view = 240 * kDegree;
+	const Score rightly = score_of(wheels_off);
+	wheels_off.drive.truth.way_scale = 1.7;
+	wheels_off.drive.truth.turn_scale = 0.9;
+	wheels_off.drive.truth.laser = {0.093, -0.268, 104 * kDegree};
+	const Score corrected = score_of(wheels_off);
+	EXPECT_GE(corrected.right, rightly.right) << said_;
+	EXPECT_EQ(corrected.wrong, 0U) << said_;
 	// By its motions this laser cannot be told from one in front of a robot that drives backwards.
 	ToldDrive behind(1.74);
 	behind.drive.seed = 2070;

@@ -238,10 +238,8 @@ Unknowns not_shown_by(const Solution& solution, Unknowns known)
 	const Wheels& wheels = solution.wheels;
 	if (wheels.are_sound()) return known;
 	const auto& off = solution.differences.values;
-	const bool is_near = std::hypot(off[kX], off[kY]) < kLeastWay;
-	known[kX] = known[kX] || wheels.are_absurd || is_near;
-	known[kY] = known[kY] || wheels.are_absurd || is_near;
-	known[kYaw] = known[kYaw] || wheels.are_absurd || std::abs(off[kYaw]) < kLeastYaw;
+	const bool is_near = std::hypot(off[kX], off[kY]) < kLeastWay && std::abs(off[kYaw]) < kLeastYaw;
+	for (const std::size_t i : {kX, kY, kYaw}) known[i] = known[i] || wheels.are_absurd || is_near;
 	known[kStart] = known[kStart] || wheels.are_absurd || wheels.are_rough;
 	return known;
 }
