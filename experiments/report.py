@@ -17,8 +17,8 @@ INTRODUCTION = """# Results
 {stamp}
 
 {jobs} runs took {minutes:.0f} minutes of processor time, the sum over all programs, each on one thread: half of that on two
-cores that do nothing else. At most {frames} scans per set and {sweep} per point of a curve, evenly spread over the set. Other
-methods on the same scans, and the published method at its best: [comparison](comparison/README.md).
+cores that do nothing else. At most {frames} scans per set, {sweep} per point of a curve and {pair} per pair of sites, evenly spread
+over the set. Other methods on the same scans, and the published method at its best: [comparison](comparison/README.md).
 
 `make_sites` makes the folders of thirteen sites from public logs, so that you can repeat their rows
 ([how](../README.md#the-recorded-sites)). Mines and olin are other recordings, and willow, warehouse and stata public maps.
@@ -128,7 +128,7 @@ def write(results, figures, arguments, version, stamp):
         version=version.splitlines()[0], commits=told({result.commit for result in results.values()}),
         machines=told({result.machine for result in results.values()}), date=datetime.date.today().isoformat(),
         jobs=len(results), minutes=sum(result.seconds for result in results.values()) / 60, frames=arguments.frames,
-        sweep=arguments.sweep_frames, drives=arguments.drives, stamp=stamp, more=", ".join(sites.MORE), no_maps=" --no-maps" if arguments.no_maps else "",
+        sweep=arguments.sweep_frames, pair=max(1, arguments.sweep_frames // 3), drives=arguments.drives, stamp=stamp, more=", ".join(sites.MORE), no_maps=" --no-maps" if arguments.no_maps else "",
         left_out=LEFT_OUT if (arguments.output / "learned/README.md").exists() else NOT_LEFT_OUT)
     (arguments.output / "README.md").write_text("\n".join([introduction, paper_index("\n".join(parts)), *parts]))
 
