@@ -189,6 +189,11 @@ TEST_F(AppCalibration, LasersElsewhereOnTheRobot)
 	aside.drive.truth.laser = {0.077, -0.41, 0};
 	expect_right("aside", aside);
 	EXPECT_NE(said_.find(",0,0,0 says"), std::string::npos) << said_;
+	// Far from the middle of the robot it moves as if ways were in another unit.
+	ToldDrive far_off(0.9, 20);
+	far_off.drive.seed = 2287;
+	far_off.drive.truth.laser = {0.58, 0.19, -38 * kDegree};
+	expect_right("far from the middle", far_off);
 	// Of wheels that are off, too, the whole transform is corrected: the yaw alone would be bent by x and y as told.
 	ToldDrive wheels_off(1.77);
 	wheels_off.drive.seed = 2225;

@@ -65,30 +65,6 @@ bool Calibration::is_changed() const
 
 namespace
 {
-/// Returns a reading with the unit of the odometry's ways, if these are in another one: all are longer or shorter than
-/// the laser's by one factor, which is far from that of wheels.
-Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, const Track& track)
-{
-	constexpr double kLongest = 5, kWay = 0.3;   // [s], [m] of a motion
-	constexpr double kFactor = 2.5, kAlike = 2;  // [-] that is no error of wheels, [-] of factors
-	constexpr std::size_t kFewest = 4;           // [-] motions
-	std::vector<double> factors;
-	for (std::size_t i = 0; i + 1 < scans.size(); i++)
-	{
-		const auto told = track.motion(reading, scans[i].time, scans[i + 1].time);
-		const TPose2D seen = scans[i + 1].laser - scans[i].laser;
-		const double way = std::hypot(seen.x, seen.y);
-		if (told && way > kWay && scans[i + 1].time - scans[i].time < kLongest && std::hypot(told->x, told->y) > 0)
-			factors.push_back(way / std::hypot(told->x, told->y));
-	}
-	const double factor = median_of(factors);
-	const auto is_alike = [&](double other) { return other < kAlike * factor && factor < kAlike * other; };
-	const auto alike = static_cast<std::size_t>(std::count_if(factors.begin(), factors.end(), is_alike));
-	const bool is_unit = factors.size() >= kFewest && 2 * alike > factors.size();
-	if (is_unit && (factor > kFactor || factor < 1 / kFactor)) reading.way_scale *= factor;
-	return reading;
-}
-
 /// What motions that are long enough, and those that turn enough, say of a reading.
 struct Witnesses
 {

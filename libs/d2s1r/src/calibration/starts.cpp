@@ -1,10 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/starts.h"
 
+#include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 namespace d2s1r::calibration
 {
@@ -16,6 +18,53 @@ double median_of(std::vector<double> values)
 	const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
 	std::nth_element(values.begin(), middle, values.end());
 	return *middle;
+}
+
+Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, const Track& track)
+{
+	using Complex = std::complex<double>;
+	struct Motion
+	{
+		Complex seen, way, turn;  // [m], [unit of the odometry], exp(i turn) - 1
+	};
+	constexpr double kLongest = 5, kMostLever = 0.5;           // [s] of a motion, [m] of a laser
+	constexpr double kFactor = 5, kSure = 0.2, kLeast = 0.02;  // [-] that is no error of wheels, [-] of it, [m]
+	constexpr int kRounds = 10;
+	std::vector<Motion> motions;
+	for (std::size_t i = 0; i + 1 < scans.size(); i++)
+	{
+		const auto told = track.motion(reading, scans[i].time, scans[i + 1].time);
+		if (!told || scans[i + 1].time - scans[i].time > kLongest) continue;
+		const TPose2D seen = scans[i + 1].laser - scans[i].laser;
+		motions.push_back({{seen.x, seen.y}, {told->x, told->y}, std::polar(1.0, told->phi) - 1.0});
+	}
+	Complex a = 0, b = 0;
+	double deviation = HUGE_VAL;  // of a
+	const auto off = [&](const Motion& motion) { return std::abs(motion.seen - a * motion.way - b * motion.turn); };
+	for (int round = 0; round < kRounds; round++)
+	{
+		double ways = 0, turns = mrpt::square(kLeast / kMostLever);
+		Complex both = 0, seen_by_way = 0, seen_by_turn = 0;
+		std::vector<double> errors;
+		for (const Motion& motion : motions)
+		{
+			errors.push_back(off(motion));
+			const double weight = round > 0 ? kLeast / std::max(kLeast, errors.back()) : 1;
+			ways += weight * std::norm(motion.way);
+			turns += weight * std::norm(motion.turn);
+			both += weight * std::conj(motion.way) * motion.turn;
+			seen_by_way += weight * std::conj(motion.way) * motion.seen;
+			seen_by_turn += weight * std::conj(motion.turn) * motion.seen;
+		}
+		const double determinant = ways * turns - std::norm(both);
+		if (!(determinant > 0)) return reading;
+		deviation = std::max(kLeast, median_of(errors)) * std::sqrt(turns / determinant);
+		a = (turns * seen_by_way - both * seen_by_turn) / determinant;
+		b = (ways * seen_by_turn - std::conj(both) * seen_by_way) / determinant;
+	}
+	const double factor = std::abs(a);
+	if (deviation < kSure * factor && (factor > kFactor || factor < 1 / kFactor)) reading.way_scale *= factor;
+	return reading;
 }
 
 std::pair<double, double> motion_costs(const Problem& problem, const State& state)

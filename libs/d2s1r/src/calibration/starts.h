@@ -13,6 +13,12 @@ constexpr double kClear = 10;  //!< [nat] of log-odds that contradict the messag
 
 double median_of(std::vector<double> values);
 
+/// Returns a reading with the unit of the odometry's ways, if these are in another one: by a factor that is far from
+/// that of wheels. As complex numbers, a laser at t, turned by phi, moves by a d + b (exp(i turn) - 1) if the odometry
+/// moves by d, where |a| is the factor of the ways, a = |a| exp(-i phi) and b = t exp(-i phi). The sum of the absolute
+/// differences is the least.
+Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, const Track& track);
+
 /// Returns the costs [nat] of the motions of a state: of all, and of their turns only.
 std::pair<double, double> motion_costs(const Problem& problem, const State& state);
 
