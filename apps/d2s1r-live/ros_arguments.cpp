@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "ros_arguments.h"
 
-#include <base/file_text.h>
+#include <base/yaml_file.h>
 #include <shell/errors.h>
 #include <yaml-cpp/yaml.h>
 
@@ -23,21 +23,16 @@ constexpr const char* kNotAName = "is no name in ROS; write letters, digits and 
 	throw app::UserError(app::kWrongUse, word, what);
 }
 
-/// Reads a file of parameters as bytes: yaml-cpp 0.7 leaks its buffer where a path is a folder.
-std::string text_of(const std::string& file)
+YAML::Node root_of(const std::string& file)
 {
-	constexpr std::size_t kLongestFile = 1 << 18;  // [byte] all options of the program take a hundredth of it
-	std::string text;
 	try
 	{
-		text = read_text(file, kLongestFile + 1);
+		return read_yaml(file);
 	}
 	catch (const std::runtime_error& error)
 	{
 		refuse_word(file, error.what());
 	}
-	if (text.size() > kLongestFile) refuse_word(file, "is longer than 256 kB; name a file of parameters");
-	return text;
 }
 
 std::pair<std::string, std::string> parse_assignment(const std::string& flag, const std::string& text)
@@ -256,15 +251,7 @@ class ArgumentReader
 				all_.parameters.push_back(std::move(parameter));
 				continue;
 			}
-			const std::string text = text_of(file);
-			try
-			{
-				take_file(YAML::Load(text), "", all_.names, all_.parameters);
-			}
-			catch (const YAML::Exception& error)
-			{
-				refuse_word(file, "is no yaml file (line " + std::to_string(error.mark.line + 1) + "); correct it");
-			}
+			take_file(root_of(file), "", all_.names, all_.parameters);
 		}
 	}
 

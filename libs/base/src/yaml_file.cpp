@@ -16,8 +16,7 @@ YAML::Node read_yaml(const std::string& file)
 	constexpr std::size_t kLongestFile = 1 << 18;  // [byte] an atlas of a thousand maps has half of that
 	check_readable(file);
 	const std::string text = read_text(file, kLongestFile + 1);
-	if (text.size() > kLongestFile)
-		throw std::runtime_error("is longer than 256 kB; name the yaml file of a map or an atlas");
+	if (text.size() > kLongestFile) throw std::runtime_error("is longer than 256 kB; name the right yaml file");
 	try
 	{
 		const YAML::Node root = YAML::Load(text);
