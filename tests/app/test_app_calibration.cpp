@@ -188,7 +188,12 @@ TEST_F(AppCalibration, LasersElsewhereOnTheRobot)
 	aside.drive.seed = 2067;
 	aside.drive.truth.laser = {0.077, -0.41, 0};
 	expect_right("aside", aside);
-	EXPECT_NE(said_.find(",0,0,0 says"), std::string::npos) << said_;
+	EXPECT_EQ(said_.find("yaw of the laser"), std::string::npos) << said_;
+	ToldDrive by_a_little(0.72, 20);  // x by 5 cm, which bent the yaw by 5 deg
+	by_a_little.drive.seed = 2306;
+	by_a_little.drive.field_of_view = 240 * kDegree;
+	by_a_little.drive.truth.laser = {0.25, 0.195, 146.1 * kDegree};
+	EXPECT_EQ(score_of(by_a_little).wrong, 0U) << said_;
 	// Far from the middle of the robot it moves as if ways were in another unit.
 	ToldDrive far_off(0.9, 20);
 	far_off.drive.seed = 2287;

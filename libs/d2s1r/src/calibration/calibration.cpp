@@ -244,42 +244,44 @@ bool is_confirmed(
 	return outliers * kOutliers <= motions;
 }
 
-/// Returns which unknowns the messages say wrongly, those of the wheels among them, and gives these findings. The one
-/// that the drive shows most clearly is taken first, given those that were taken before; one that differs no longer
-/// when others are taken is left. Where the laser is on the robot is one message: if a part of it is wrong, the others
-/// must not be kept at what they are told, which would bend it.
+/// Returns which unknowns may differ from what is told, those of the wheels among them, and gives the findings of those
+/// that do. The one that the drive shows most clearly is taken first, given those that were taken before. Where the
+/// laser is on the robot is one message: if a part of it is wrong, the others that the drive shows do not stay as told,
+/// either, which would bend that part.
 Unknowns changed_of(
     const Differences& differences, const Unknowns& known, const std::array<Scale, kUnknowns>& scales,
     Calibration& result)
 {
-	Unknowns changed = kOfWheels, left = known;
-	const auto is_of_laser = [](std::size_t i) { return i == kYaw || i == kX || i == kY; };
+	Unknowns changed = kOfWheels;
+	const auto judge = [&](std::size_t i)
+	{
+		Scale scale = scales[i];
+		scale.matters = scale.told;
+		const double log_odds = log_odds_of(change_of(i, changed, differences), scale);
+		if (log_odds <= 0) return;
+		result.findings[i].log_odds = log_odds;
+		result.findings[i].verdict = Verdict::kChanged;
+	};
+	const auto is_shown = [&](std::size_t i)
+	{ return !known[i] && change_of(i, changed, differences).deviation < scales[i].told; };
 	for (;;)
 	{
 		std::size_t best = kUnknowns;
 		double most = kClear;
-		const bool is_laser_elsewhere = changed[kYaw] || changed[kX] || changed[kY];
 		for (std::size_t i = 0; i < kUnknowns; i++)
 		{
-			if (changed[i] || left[i]) continue;
-			Scale scale = scales[i];
-			if (is_laser_elsewhere && is_of_laser(i)) scale.matters = scale.told;
-			const double odds = log_odds_of(change_of(i, changed, differences), scale);
+			if (changed[i] || known[i]) continue;
+			const double odds = log_odds_of(change_of(i, changed, differences), scales[i]);
 			if (odds > most) best = i, most = odds;
 		}
-		if (best == kUnknowns) return changed;
+		if (best == kUnknowns) break;
 		changed[best] = true;
-		result.findings[best].log_odds = most;
-		result.findings[best].verdict = Verdict::kChanged;
-		for (std::size_t i = 0; i < kUnknowns; i++)
-		{
-			if (kOfWheels[i] || !changed[i] || std::abs(change_of(i, changed, differences).value) >= scales[i].told)
-				continue;
-			changed[i] = false;
-			left[i] = true;
-			result.findings[i].verdict = Verdict::kNotShown;
-		}
+		if (best <= kY)
+			for (const std::size_t i : {kYaw, kX, kY}) changed[i] = changed[i] || is_shown(i);
 	}
+	for (std::size_t i = 0; i < kUnknowns; i++)
+		if (changed[i] && !kOfWheels[i]) judge(i);
+	return changed;
 }
 }  // namespace
 
