@@ -137,6 +137,16 @@ TEST_F(Examples, TrackWithSignatureMapArrives)
 	EXPECT_NEAR(poses.back()[2], 4.95, 5.0);
 }
 
+TEST_F(Examples, TrackWithSignatureMapRefusesAModuleWithoutTheMap)
+{
+	std::ofstream(path("other.so")) << "no module";  // the loader leaves it out, and pf-localization runs without a map
+	const auto result = run_command(
+	    "RAWLOG_LOCALIZE=" RAWLOG_LOCALIZE " " + kExamples + "track_with_signature_map.sh " + path("out") + " " +
+	    path("other.so"));
+	EXPECT_EQ(result.status, 1);
+	EXPECT_EQ(result.output, path("other.so") + ": brings no CSignatureMap2D; name libd2s1r-pf-init.so\n");
+}
+
 void save_flat(const std::string& file)
 {
 	mrpt::io::CFileGZOutputStream stream(file);

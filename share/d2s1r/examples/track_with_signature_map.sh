@@ -13,7 +13,7 @@ module=${2:?$usage}
 datasets=/usr/share/mrpt/datasets
 map=${3:-$datasets/localization_demo.simplemap.gz}
 rawlog=${4:-$datasets/localization_demo.rawlog}
-[ -f "$module" ] || { echo "$module: no such module; build the target d2s1r-pf-init" >&2; exit 1; }
+[ -f "$module" ] || { echo "$module: no such module; name libd2s1r-pf-init.so, of the packages or of a build, after OUT_DIR" >&2; exit 1; }
 mkdir -p "$out"
 
 # where to start: the box round the first pose, from the one-shot localizer
@@ -37,5 +37,10 @@ module=$(realpath "$module")
 ln -s "$(dirname "$module")" "$link/modules"
 LD_PRELOAD=$link/modules/$(basename "$module") pf-localization "$out/signature_map.ini" < /dev/null > "$out/pf.log" 2>&1 ||
 	{ echo "pf-localization failed: see $out/pf.log" >&2; exit 1; }
+# without the class of the map, pf-localization reckons by the odometry alone
+if grep -q 'the 0 internal maps' "$out/pf.log"; then
+	echo "$module: brings no CSignatureMap2D; name libd2s1r-pf-init.so" >&2
+	exit 1
+fi
 sed -n 's/.*PDF estimation: (\([^)]*\)).*/\1/p' "$out/pf.log" > "$out/pf_poses.txt"
 echo "pf-localization: $(wc -l < "$out/pf_poses.txt") steps, the last at (x, y, phi) = $(tail -n 1 "$out/pf_poses.txt")"
