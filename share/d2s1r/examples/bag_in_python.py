@@ -20,6 +20,16 @@ def laser_scan(message):
     return np.frombuffer(message, "<f4", count, at + 32), first, step, greatest
 
 
+def scans_of(file):
+    """Rows (time [ns], message) of a .db3 file."""
+    try:
+        return sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True).execute(
+            "SELECT timestamp, data FROM messages JOIN topics ON topic_id = topics.id "
+            "WHERE type = 'sensor_msgs/msg/LaserScan' ORDER BY timestamp")
+    except sqlite3.Error as error:
+        raise ValueError(f"{file}: is not the .db3 file of a bag ({error}); check the path") from error
+
+
 def main():
     if len(sys.argv) not in (3, 4):
         sys.exit("usage: bag_in_python.py MAP.yaml BAG [X,Y,YAW]")
@@ -30,14 +40,14 @@ def main():
     if not files:
         sys.exit(f"{bag}: holds no .db3 file; rawlog-localize reads bags of MCAP, too")
     for file in files:
-        scans = sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True).execute(
-            "SELECT timestamp, data FROM messages JOIN topics ON topic_id = topics.id "
-            "WHERE type = 'sensor_msgs/msg/LaserScan' ORDER BY timestamp")
-        for time, message in scans:
+        for time, message in scans_of(file):
             result = localizer.localize(*laser_scan(message), sensor_pose=sensor)
             pose = " ".join(f"{value:.3f}" for value in result.pose) if result.pose is not None else "- - -"
             print(f"{time / 1e9:.3f} {result.status} {pose} {result.confidence:.3f}")
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (OSError, RuntimeError, ValueError) as error:
+        sys.exit(str(error))
