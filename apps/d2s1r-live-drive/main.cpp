@@ -101,7 +101,7 @@ int run(int argc, char** argv)
 	if (!app::parse_words(parser, kUsage, words)) return app::kDone;
 	if (names.size() < 2) app::refuse_option(kUsage.program, "MAP SECONDS", "are missing");
 	settings.map = names[0];
-	settings.seconds = parse_finite_number(names[1], "is not a time in s");
+	settings.seconds = parse_finite_number(names[1], "is not a time in s; write MAP SECONDS");
 	if (names.size() > 2) settings.markers = names[2];
 	if (is_tracker()) track(settings);
 	TrackerProcess::words = argv;

@@ -21,7 +21,7 @@ const app::Usage kUsage = {
     "Usage: d2s1r-live [OPTION]...\n"
     "Wait for a map and for the scans of a robot that runs ROS 2, find the robot without an initial pose,\n"
     "seed its tracker on /initialpose, and notice when the tracker is lost. All options may be left out.\n\n",
-    "", ""};
+    "", "; write --map MAP or --scan TOPIC"};
 
 [[noreturn]] void wrong(const std::string& flag, const std::string& what)
 {

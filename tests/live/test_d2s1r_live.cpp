@@ -253,7 +253,7 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"--scan", "/a", "--scan", "/b"}, 1, {"--merge-lasers"});
 	refuse({"--seed"}, 1, {"--seed: needs a value"});
 	refuse({"--seed", "once", "--seed", "watch"}, 1, {"--seed"});
-	refuse({"/scan"}, 1, {"/scan: stands without an option"});
+	refuse({"/scan"}, 1, {"/scan: stands without an option; write --map MAP or --scan TOPIC"});
 	refuse({"--scn", "/a"}, 1, {"--scn: is not an option; did you mean --scan?"});
 	refuse({"-m", path("none.yaml")}, 2, {"none.yaml"});
 	refuse({"-c", path("none.ini")}, 1, {"none.ini"});

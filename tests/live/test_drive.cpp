@@ -166,7 +166,7 @@ TEST_F(LiveTest, TheSimulatedRobotRefusesWrongUse)
 		EXPECT_NE(result.err.find(part), std::string::npos) << result.err;
 	};
 	refuse({}, 1, "MAP SECONDS: are missing");
-	refuse({kOffice, "soon"}, 1, "'soon' is not a time");
+	refuse({kOffice, "soon"}, 1, "'soon' is not a time in s; write MAP SECONDS");
 	refuse({kOffice, "1", "--bems", "3"}, 1, "did you mean --beams?");
 	refuse({path("none.yaml"), "1"}, 2, path("none.yaml"));
 	refuse({kOffice, "1", "--log", path("none/log.csv")}, 3, path("none/log.csv"));

@@ -36,7 +36,7 @@ std::vector<LoggedScan> load_scans(const std::string& file)
 	catch (const std::exception&)  // with a text that is about MRPT
 	{
 	}
-	if (!is_read || log.size() == 0) throw std::runtime_error(file + ": cannot be read as a rawlog");
+	if (!is_read || log.size() == 0) throw std::runtime_error(file + ": cannot be read as a rawlog; check the path");
 	std::vector<LoggedScan> scans;
 	mrpt::poses::CPose2D odometry;
 	const auto add = [&](const CObservation::Ptr& observation)
