@@ -23,18 +23,6 @@ constexpr const char* kNotAName = "is no name in ROS; write letters, digits and 
 	throw app::UserError(app::kWrongUse, word, what);
 }
 
-YAML::Node root_of(const std::string& file)
-{
-	try
-	{
-		return read_yaml(file);
-	}
-	catch (const std::runtime_error& error)
-	{
-		refuse_word(file, error.what());
-	}
-}
-
 std::pair<std::string, std::string> parse_assignment(const std::string& flag, const std::string& text)
 {
 	const auto at = text.find(kAssigned);
@@ -101,8 +89,11 @@ std::vector<std::string> texts_of(const YAML::Node& value)
 }
 
 /// Takes a parameter, or those of a map, whose names are joined by dots.
+constexpr std::size_t kLongestName = 1000;  //!< [byte] a node of yaml may hold itself
+
 void take_parameters(const YAML::Node& value, const std::string& name, std::vector<Parameter>& parameters)
 {
+	if (name.size() > kLongestName) return;
 	if (!value.IsMap()) return parameters.push_back({name, texts_of(value)});
 	for (const auto& item : value)
 		take_parameters(item.second, (name.empty() ? "" : name + ".") + item.first.Scalar(), parameters);
@@ -112,8 +103,7 @@ void take_parameters(const YAML::Node& value, const std::string& name, std::vect
 void take_file(const YAML::Node& root, const std::string& path, const Names& names, std::vector<Parameter>& parameters)
 {
 	constexpr const char* kParameters = "ros__parameters";
-	constexpr std::size_t kLongest = 1000;  // [byte]
-	if (!root.IsMap() || path.size() > kLongest) return;
+	if (!root.IsMap() || path.size() > kLongestName) return;
 	for (const auto& item : root)
 		if (item.first.Scalar() != kParameters)
 			take_file(item.second, path + "/" + item.first.Scalar(), names, parameters);
@@ -251,7 +241,14 @@ class ArgumentReader
 				all_.parameters.push_back(std::move(parameter));
 				continue;
 			}
-			take_file(root_of(file), "", all_.names, all_.parameters);
+			try
+			{
+				take_file(read_yaml(file), "", all_.names, all_.parameters);
+			}
+			catch (const std::runtime_error& error)
+			{
+				refuse_word(file, error.what());
+			}
 		}
 	}
 

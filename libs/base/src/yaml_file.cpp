@@ -13,7 +13,7 @@ namespace d2s1r
 {
 YAML::Node read_yaml(const std::string& file)
 {
-	constexpr std::size_t kLongestFile = 1 << 18;  // [byte] an atlas of a thousand maps has half of that
+	constexpr std::size_t kLongestFile = 1 << 18;  // [byte] an atlas of a thousand maps, the longest, has half of that
 	check_readable(file);
 	const std::string text = read_text(file, kLongestFile + 1);
 	if (text.size() > kLongestFile) throw std::runtime_error("is longer than 256 kB; name the right yaml file");

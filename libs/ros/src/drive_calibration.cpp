@@ -122,8 +122,9 @@ std::string table_of(const Calibration& shown)
 		const bool is_shown = finding.verdict != Verdict::kNotShown;
 		const std::string verdict = finding.verdict == Verdict::kChanged
 		                                ? mrpt::format("changed, log-odds %.0f", finding.log_odds)
-		                            : is_shown ? "as told"
-		                                       : "not shown yet";
+		                            : is_shown && i >= calibration::kWayScale ? "of the wheels"
+		                            : is_shown                                ? "as told"
+		                                                                      : "not shown yet";
 		table += mrpt::format(
 		    "%-32s %12s %12s %10s  %s\n", (text.name + (*text.unit ? std::string(" [") + text.unit + "]" : "")).c_str(),
 		    number_text(finding.told, text).c_str(), is_shown ? number_text(finding.estimate, text).c_str() : "",

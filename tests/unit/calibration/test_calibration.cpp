@@ -104,6 +104,32 @@ TEST(Calibration, FindsMirroredOdometryInAnotherClock)
 	EXPECT_EQ(held.shown.odometry_clock, 0);
 }
 
+TEST(Calibration, TakesOdometryThatHasTheTimesOfTheScansForOneOfTheirClock)
+{
+	DriveSettings settings;
+	settings.truth.odometry_clock = 0.4;
+	EXPECT_NEAR(calibrate_drive(settings).shown.odometry_clock, 0.4, 0.03);
+	calibration::Given given;
+	given.is_clock_known = given.known[calibration::kStart] = given.known[calibration::kDuration] = true;
+	EXPECT_EQ(calibrate_drive(settings, given).shown.odometry_clock, 0);
+}
+
+TEST(Calibration, FindsTheUnitOfWaysByMoreThanAFewMotions)
+{
+	using calibration::Agreement;
+	DriveSettings settings;
+	settings.truth.way_scale = 100;
+	SimulatedDrive drive = simulate_drive(make_floor(), settings);
+	EXPECT_EQ(calibration::agreement_of({}, drive.scans, drive.odometry), Agreement::kAgrees);
+	EXPECT_NEAR(calibrate_drive(settings).shown.way_scale, 100, 3);
+	settings.truth.way_scale = 1;
+	settings.speed = 0.2;
+	drive = simulate_drive(make_floor(), settings);
+	drive.scans.resize(2);
+	drive.scans[1].laser = drive.scans[0].laser + mrpt::math::TPose2D(2, 0.5, 0.1);
+	EXPECT_EQ(calibration::agreement_of({}, drive.scans, drive.odometry), Agreement::kNotShown) << "carried";
+}
+
 TEST(Calibration, AgreesWithADriveOrContradictsItAfterAFewScans)
 {
 	using calibration::Agreement;

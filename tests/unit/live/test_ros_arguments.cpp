@@ -220,9 +220,11 @@ TEST(RosArguments, WhatIsMalformedIsRefused)
 	EXPECT_NE(refusal_of({"--ros-args", "-r", "scan"}).find("write NAME:=VALUE"), std::string::npos);
 	EXPECT_NE(refusal_of({"--ros-args", "--scan", "/x"}).find("--scan: is not an argument of ROS"), std::string::npos);
 	EXPECT_NE(refusal_of({"scan:=/x"}).find("write --ros-args -r scan:=/x"), std::string::npos);
-	EXPECT_NE(refusal_of({"--ros-args", "--params-file", "/"}).find("/: "), std::string::npos);
+	EXPECT_NE(refusal_of({"--ros-args", "--params-file", "/"}).find("it is a folder"), std::string::npos);
 	EXPECT_NE(refusal_of({"--ros-args", "--log-level", "loud"}).find("loud: is not a level"), std::string::npos);
 	const test::TempFolder folder;
+	const std::string within = folder.write("within.yaml", "/**: {ros__parameters: &x {track: true, a: *x}}\n");
+	EXPECT_TRUE(flags_of({"--ros-args", "--params-file", within}).settings.track);
 	const std::string file = folder.write("long.yaml", std::string(300'000, '#') + "\n");
 	EXPECT_EQ(
 	    refusal_of({"--ros-args", "--params-file", file}), file + ": is longer than 256 kB; name the right yaml file");

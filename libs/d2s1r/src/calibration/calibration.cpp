@@ -244,6 +244,11 @@ bool is_confirmed(
 	return outliers * kOutliers <= motions;
 }
 
+bool is_other_odometry(const Reading& a, const Reading& b)
+{
+	return a.is_odometry_mirrored != b.is_odometry_mirrored || a.odometry_clock != b.odometry_clock;
+}
+
 /// Returns which unknowns may differ from what is told, those of the wheels among them, and gives the findings of those
 /// that do. The one that the drive shows most clearly is taken first, given those that were taken before. Where the
 /// laser is on the robot is one message: if a part of it is wrong, the others that the drive shows do not stay as told,
@@ -253,15 +258,6 @@ Unknowns changed_of(
     Calibration& result)
 {
 	Unknowns changed = kOfWheels;
-	const auto judge = [&](std::size_t i)
-	{
-		Scale scale = scales[i];
-		scale.matters = scale.told;
-		const double log_odds = log_odds_of(change_of(i, changed, differences), scale);
-		if (log_odds <= 0) return;
-		result.findings[i].log_odds = log_odds;
-		result.findings[i].verdict = Verdict::kChanged;
-	};
 	const auto is_shown = [&](std::size_t i)
 	{ return !known[i] && change_of(i, changed, differences).deviation < scales[i].told; };
 	for (;;)
@@ -276,11 +272,19 @@ Unknowns changed_of(
 		}
 		if (best == kUnknowns) break;
 		changed[best] = true;
+		result.findings[best].log_odds = most;
+		result.findings[best].verdict = Verdict::kChanged;
 		if (best <= kY)
 			for (const std::size_t i : {kYaw, kX, kY}) changed[i] = changed[i] || is_shown(i);
 	}
-	for (std::size_t i = 0; i < kUnknowns; i++)
-		if (changed[i] && !kOfWheels[i]) judge(i);
+	for (const std::size_t i : {kYaw, kX, kY})
+	{
+		if (!changed[i]) continue;
+		const Scale scale{scales[i].before, scales[i].told, scales[i].told, scales[i].rare};
+		const double log_odds = log_odds_of(change_of(i, changed, differences), scale);
+		result.findings[i].log_odds = std::max(0.0, log_odds);
+		result.findings[i].verdict = log_odds > 0 ? Verdict::kChanged : Verdict::kNotShown;
+	}
 	return changed;
 }
 }  // namespace
@@ -312,6 +316,8 @@ Calibration calibrate(
 	{
 		problem.noise = {};
 		all = solved(problem, best_fit(problem, told, given), told, kSteps);
+		if (all.wheels.are_absurd && is_other_odometry(all.state.reading, told))  // which such wheels do not show
+			all = solved(problem, fit(problem, told).state, told, kSteps);
 	}
 	known = not_shown_by(all, known);
 	const Differences& differences = all.differences;
@@ -332,15 +338,13 @@ Calibration calibrate(
 		refit(problem, shown, kSteps);
 	result.after = result.before = residuals_of(problem, shown);
 	result.motions = result.after.ways.size();
-	const bool is_other_odometry = shown.reading.is_odometry_mirrored != told.is_odometry_mirrored ||
-	                               shown.reading.odometry_clock != told.odometry_clock;
-	if (changed != kOfWheels || is_other_odometry)
+	if (changed != kOfWheels || is_other_odometry(shown.reading, told))
 	{
 		problem.is_free = kOfWheels;
 		State as_messages_say = problem.start(told);
 		refit(problem, as_messages_say, kSteps);
 		result.before = residuals_of(problem, as_messages_say);
-		if (is_other_odometry)
+		if (is_other_odometry(shown.reading, told))
 			result.odometry_log_odds =
 			    std::max(kClear, motion_costs(problem, as_messages_say).first - motion_costs(problem, shown).first);
 	}

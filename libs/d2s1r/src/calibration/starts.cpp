@@ -30,6 +30,7 @@ Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, co
 	constexpr double kLongest = 5, kMostLever = 0.5;           // [s] of a motion, [m] of a laser
 	constexpr double kFactor = 5, kSure = 0.2, kLeast = 0.02;  // [-] that is no error of wheels, [-] of it, [m]
 	constexpr int kRounds = 10;
+	constexpr std::size_t kFewest = 6;  // [-] motions; one of the unknowns is two of its numbers
 	std::vector<Motion> motions;
 	for (std::size_t i = 0; i + 1 < scans.size(); i++)
 	{
@@ -38,6 +39,7 @@ Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, co
 		const TPose2D seen = scans[i + 1].laser - scans[i].laser;
 		motions.push_back({{seen.x, seen.y}, {told->x, told->y}, std::polar(1.0, told->phi) - 1.0});
 	}
+	if (motions.size() < kFewest) return reading;
 	Complex a = 0, b = 0;
 	double deviation = HUGE_VAL;  // of a
 	const auto off = [&](const Motion& motion) { return std::abs(motion.seen - a * motion.way - b * motion.turn); };
@@ -103,6 +105,7 @@ std::vector<Reading> likely_readings(const Problem& problem, const Reading& told
 	std::vector<Start> by_turns;
 	const auto try_turns = [&](double clock, bool is_mirrored)
 	{
+		if (given.is_clock_known && clock != 0) return;
 		if (given.is_odometry_known && (is_mirrored || (clock != 0 && given.known[kStart]))) return;
 		const bool is_of_laser = given.is_odometry_known || std::abs(clock) < kLatest;
 		State state = found;
@@ -167,9 +170,8 @@ Fit fit(Problem& problem, const Reading& reading)
 	Fit found{problem.start(reading), 0};
 	found.cost = refit(problem, found.state, kSteps);
 	Reading& at = found.state.reading;
-	if (at.way_scale > 0) return found;
-	// A robot that drives backwards moves a laser as one that drives forwards does with the laser turned about its
-	// middle.
+	if (at.way_scale >= 0 || !problem.is_free[kYaw] || !problem.is_free[kX] || !problem.is_free[kY]) return found;
+	// Ways of the other sign move a laser as these do one that is turned by 180 deg about the middle of the robot.
 	at.way_scale = -at.way_scale;
 	at.laser = {-at.laser.x, -at.laser.y, wrapToPi(at.laser.phi + M_PI)};
 	found.cost = refit(problem, found.state, kSteps);

@@ -13,10 +13,10 @@ constexpr double kClear = 10;  //!< [nat] of log-odds that contradict the messag
 
 double median_of(std::vector<double> values);
 
-/// Returns a reading with the unit of the odometry's ways, if these are in another one: by a factor that is far from
-/// that of wheels. As complex numbers, a laser at t, turned by phi, moves by a d + b (exp(i turn) - 1) if the odometry
-/// moves by d, where |a| is the factor of the ways, a = |a| exp(-i phi) and b = t exp(-i phi). The sum of the absolute
-/// differences is the least.
+/// Returns a reading with the unit of the odometry's ways, where these are more than five times too short or too long.
+/// As complex numbers, a laser at t, turned by phi, moves by a d + b (exp(i turn) - 1) if the odometry moves by d,
+/// where |a| is the factor of the ways, a = |a| exp(-i phi) and b = t exp(-i phi). It minimizes Huber's loss of the
+/// differences, which is quadratic up to 2 cm, with a prior of 0.5 m on b; six motions at least.
 Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, const Track& track);
 
 /// Returns the costs [nat] of the motions of a state: of all, and of their turns only.
