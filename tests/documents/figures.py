@@ -137,7 +137,7 @@ def beam_model(sources):
 # page, what stands there (each group is a figure), what the figures are
 QUOTES = [
     ("README.md", r"(\d+) scans localized one by one", picture),
-    ("README.md", r"of a building that the map lacks, ([\d.]+) % are called `localized`, at most (\d+) % of one", other_sites),
+    ("README.md", r"of a building that the map lacks, ([\d.]+) % are called `localized`, of no building over (\d+) %", other_sites),
     ("doc/formats.md", r"takes (\d+) to (\d+) MB of memory, and ([\d.]+) to ([\d.]+) s of processor time a gigabyte", reading_of_logs),
     ("doc/live.md", r"must be back within (\d+) s", amcl_away),
     ("doc/other_systems.md", r"SSSE3 a scan takes ([\d.]+) to ([\d.]+) times the time of AVX2, with portable loops ([\d.]+) to ([\d.]+) times, "
