@@ -88,28 +88,47 @@ std::vector<std::string> texts_of(const YAML::Node& value)
 	return texts;
 }
 
-/// Takes a parameter, or those of a map, whose names are joined by dots.
-constexpr std::size_t kLongestName = 1000;  //!< [byte] a node of yaml may hold itself
-
-void take_parameters(const YAML::Node& value, const std::string& name, std::vector<Parameter>& parameters)
+/// Takes parameters from yaml. A node of yaml may hold itself, or another one many times, so that their number is
+/// bounded.
+class ParameterTaker
 {
-	if (name.size() > kLongestName) return;
-	if (!value.IsMap()) return parameters.push_back({name, texts_of(value)});
-	for (const auto& item : value)
-		take_parameters(item.second, (name.empty() ? "" : name + ".") + item.first.Scalar(), parameters);
-}
+   public:
+	ParameterTaker(const Names& names, std::vector<Parameter>& parameters) : names_(names), parameters_(parameters) {}
 
-/// Takes what a file of parameters holds about this node. \param path of the keys above
-void take_file(const YAML::Node& root, const std::string& path, const Names& names, std::vector<Parameter>& parameters)
-{
-	constexpr const char* kParameters = "ros__parameters";
-	if (!root.IsMap() || path.size() > kLongestName) return;
-	for (const auto& item : root)
-		if (item.first.Scalar() != kParameters)
-			take_file(item.second, path + "/" + item.first.Scalar(), names, parameters);
-		else if (item.second.IsMap() && is_about(path, names))
-			take_parameters(item.second, "", parameters);
-}
+	/// Takes a parameter, or those of a map, whose names are joined by dots.
+	/// \throws std::runtime_error if there are too many
+	void take(const YAML::Node& value, const std::string& name)
+	{
+		count(name);
+		if (!value.IsMap()) return parameters_.push_back({name, texts_of(value)});
+		for (const auto& item : value) take(item.second, (name.empty() ? "" : name + ".") + item.first.Scalar());
+	}
+
+	/// Takes what a file of parameters holds about the node. \param path of the keys above \throws as take()
+	void take_file(const YAML::Node& root, const std::string& path)
+	{
+		constexpr const char* kParameters = "ros__parameters";
+		count(path);
+		if (!root.IsMap()) return;
+		for (const auto& item : root)
+			if (item.first.Scalar() != kParameters)
+				take_file(item.second, path + "/" + item.first.Scalar());
+			else if (item.second.IsMap() && is_about(path, names_))
+				take(item.second, "");
+	}
+
+   private:
+	void count(const std::string& name)
+	{
+		constexpr std::size_t kMost = 10'000, kLongest = 1000;  // [-] of nodes, [byte]
+		if (++taken_ > kMost || name.size() > kLongest)
+			throw std::runtime_error("holds more than 10,000 parameters; name the right yaml file");
+	}
+
+	const Names& names_;
+	std::vector<Parameter>& parameters_;
+	std::size_t taken_ = 0;
+};
 
 class ArgumentReader
 {
@@ -210,7 +229,7 @@ class ArgumentReader
 		try
 		{
 			std::vector<Parameter> parameters;
-			take_parameters(YAML::Load(assigned.second), *name, parameters);
+			ParameterTaker(all_.names, parameters).take(YAML::Load(assigned.second), *name);
 			for (Parameter& parameter : parameters) later_.push_back({"", std::move(parameter)});
 		}
 		catch (const YAML::Exception&)
@@ -243,7 +262,7 @@ class ArgumentReader
 			}
 			try
 			{
-				take_file(read_yaml(file), "", all_.names, all_.parameters);
+				ParameterTaker(all_.names, all_.parameters).take_file(read_yaml(file), "");
 			}
 			catch (const std::runtime_error& error)
 			{

@@ -223,8 +223,13 @@ TEST(RosArguments, WhatIsMalformedIsRefused)
 	EXPECT_NE(refusal_of({"--ros-args", "--params-file", "/"}).find("it is a folder"), std::string::npos);
 	EXPECT_NE(refusal_of({"--ros-args", "--log-level", "loud"}).find("loud: is not a level"), std::string::npos);
 	const test::TempFolder folder;
-	const std::string within = folder.write("within.yaml", "/**: {ros__parameters: &x {track: true, a: *x}}\n");
-	EXPECT_TRUE(flags_of({"--ros-args", "--params-file", within}).settings.track);
+	for (const std::string many : {"/**: {ros__parameters: &x {a: *x, b: *x}}\n", "&x {a: *x, b: *x}\n"})
+	{
+		const std::string within = folder.write("within.yaml", many);
+		EXPECT_EQ(
+		    refusal_of({"--ros-args", "--params-file", within}),
+		    within + ": holds more than 10,000 parameters; name the right yaml file");
+	}
 	const std::string file = folder.write("long.yaml", std::string(300'000, '#') + "\n");
 	EXPECT_EQ(
 	    refusal_of({"--ros-args", "--params-file", file}), file + ": is longer than 256 kB; name the right yaml file");
