@@ -50,8 +50,8 @@ std::vector<Mounting> other_mountings(
     const std::vector<std::shared_ptr<const RangeScan>>& scans, const mrpt::poses::CPose3D& laser,
     bool is_laser_doubtful, const std::optional<OtherAngles>& angles, const Overrides& given);
 
-/// Returns the mounting by which most scans are found, if these are at least a quarter, and far more than as it is
-/// told; else one without overrides.
+/// Returns the mounting by which most scans are found, if these are at least a quarter, and more than one and a
+/// half times those that are found as it is told, by three at least; else one without overrides.
 /// \param scans that are tried \param as_told those of them that are found as it is told
 /// \param found_by returns the number of those that are found by a mounting
 Mounting best_of(
