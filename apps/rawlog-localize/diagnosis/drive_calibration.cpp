@@ -278,7 +278,7 @@ Beforehand beforehand_of(const DriveSamples& samples, const logs::Sensor& sensor
 	if (overrides.sensor_pose || sensor.is_the_robot || !stays(samples))
 		is_known[kYaw] = is_known[kX] = is_known[kY] = true;
 	known.given.is_clock_known = samples.has_times_of_scans;
-	if (overrides.sweep || samples.has_times_of_scans) is_known[kStart] = is_known[kDuration] = true;
+	if (overrides.sweep) is_known[kStart] = is_known[kDuration] = true;
 	is_known[kAngleScale] = overrides.beam_angles.has_value();
 	is_known[kRangeFactor] = overrides.range_factor.has_value();
 	known.given.are_angles_doubtful = sensor.other_angles.has_value();

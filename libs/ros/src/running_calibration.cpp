@@ -192,9 +192,8 @@ calibration::Given RunningCalibration::given_with(const UncalibratedScan& scan) 
 	Given given;
 	auto& known = given.known;
 	known[kYaw] = known[kX] = known[kY] = given_.sensor_pose.has_value();
-	// Odometry that has the times of scans has these whenever it was measured.
 	given.is_clock_known = 2 * with_scans_ > odometry_.size();
-	known[kStart] = known[kDuration] = given_.sweep || given.is_clock_known;
+	known[kStart] = known[kDuration] = given_.sweep.has_value();
 	known[kAngleScale] = mounted_.beam_angles || scan.is_cloud;
 	known[kRangeFactor] = given_.range_factor.has_value();
 	given.are_angles_doubtful = scan.other_angles.has_value();

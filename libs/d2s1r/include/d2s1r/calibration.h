@@ -173,7 +173,7 @@ struct Given
 	bool are_angles_doubtful = false;     //!< whether fields of the messages tell different angles
 	std::vector<double> clocks{};         //!< [s] by which the odometry's clock may differ, beside 0 and a few seconds
 	bool is_odometry_known = false;       //!< neither mirrored nor of another clock; a laser may be of one
-	bool is_clock_known = false;          //!< whether the odometry has the times of the scans: both are of one clock
+	bool is_clock_known = false;          //!< odometry has the times of the scans; it tells no time of theirs
 };
 
 /// Returns what a drive shows. Deterministic. It takes some milliseconds if the drive confirms the messages, and about

@@ -73,13 +73,13 @@ struct Witnesses
 	std::array<std::vector<double>, 2> turns;     //!< [rad] the same, of each kind
 };
 
-Witnesses witnesses_of(const Reading& said, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
+Witnesses witnesses_of(const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
 {
 	constexpr double kWay = 0.5, kTurn = 60 * kDegree, kLongest = 30;  // [m], [rad], [s] of a motion
 	constexpr double kOfPoses = 0.04, kMost = 2.5;                     // [m] [rad], [standard deviations]
 	constexpr double kTimes = 2, kLever = 1, kLeast = 0.3;             // [-], [m], [m] [rad]
 	const Track track(odometry);
-	const Reading reading = in_unit_of_ways(said, scans, track);
+	const Reading reading = in_unit_of_ways(told, scans, track);
 	const Grid no_map;
 	Problem problem(no_map, reading, scans, track);
 	problem.noise.way = 4, problem.noise.turn = 3;  // of wheels that slip
@@ -101,10 +101,10 @@ Witnesses witnesses_of(const Reading& said, const std::vector<FoundScan>& scans,
 			const auto error =
 			    problem.motion_error(reading, scans[i].laser, scans[j].laser, scans[i].time, scans[j].time, kOfPoses);
 			if (!error) continue;
-			const TPose2D told = track.motion_of_laser(reading, scans[i].time, scans[j].time);
-			const double turned = std::abs(wrapToPi(seen.phi - told.phi));
-			const double aside = wrapToPi(std::atan2(seen.y, seen.x) - std::atan2(told.y, told.x));
-			witnesses.ways.push_back(std::hypot(seen.x - told.x, seen.y - told.y));
+			const TPose2D motion_told = track.motion_of_laser(reading, scans[i].time, scans[j].time);
+			const double turned = std::abs(wrapToPi(seen.phi - motion_told.phi));
+			const double aside = wrapToPi(std::atan2(seen.y, seen.x) - std::atan2(motion_told.y, motion_told.x));
+			witnesses.ways.push_back(std::hypot(seen.x - motion_told.x, seen.y - motion_told.y));
 			for (std::size_t k = 0; k < witnesses.all.size(); k++)
 			{
 				if (!may_vote[k]) continue;
@@ -290,34 +290,35 @@ Unknowns changed_of(
 }  // namespace
 
 Calibration calibrate(
-    const Grid& map, const Reading& said, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,
+    const Grid& map, const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,
     const Given& given)
 {
 	constexpr std::size_t kFewest = 6;    // [-] scans
 	constexpr double kDoubtful = 0.0065;  // [-] scale of angles that fields tell differently
 	Calibration result;
-	result.told = result.shown = said;
+	result.told = result.shown = told;
 	result.scans = scans.size();
 	for (std::size_t i = 0; i < kUnknowns; i++)
-		result.findings[i].told = result.findings[i].estimate = value_of(said, static_cast<Unknown>(i));
+		result.findings[i].told = result.findings[i].estimate = value_of(told, static_cast<Unknown>(i));
 	if (scans.size() < kFewest) return result;
 	Unknowns known = given.known;
-	if (!is_dense(odometry)) known[kStart] = known[kDuration] = true;  // nothing tells how the robot moved meanwhile
+	// Nothing tells how the robot moved meanwhile, or odometry has the times of the scans, whenever it was measured.
+	if (!is_dense(odometry) || given.is_clock_known) known[kStart] = known[kDuration] = true;
 	std::array<Scale, kUnknowns> scales = kScales;
 	if (given.are_angles_doubtful) scales[kAngleScale].matters = kDoubtful;
 	const Track track(odometry);
-	const Reading told = in_unit_of_ways(said, scans, track);
-	Problem problem(map, told, scans, track);
+	const Reading in_unit = in_unit_of_ways(told, scans, track);
+	Problem problem(map, in_unit, scans, track);
 	for (std::size_t i = 0; i < kUnknowns; i++) problem.is_free[i] = !known[i];
 
-	Solution all = solved(problem, problem.start(told), told, kFewSteps);
+	Solution all = solved(problem, problem.start(in_unit), in_unit, kFewSteps);
 	result.is_confirmed = is_confirmed(problem, all, not_shown_by(all, known), scales);
 	if (!result.is_confirmed)
 	{
 		problem.noise = {};
-		all = solved(problem, best_fit(problem, told, given), told, kSteps);
-		if (all.wheels.are_absurd && is_other_odometry(all.state.reading, told))  // which such wheels do not show
-			all = solved(problem, fit(problem, told).state, told, kSteps);
+		all = solved(problem, best_fit(problem, in_unit, given), in_unit, kSteps);
+		if (all.wheels.are_absurd && is_other_odometry(all.state.reading, in_unit))  // which such wheels do not show
+			all = solved(problem, fit(problem, in_unit).state, in_unit, kSteps);
 	}
 	known = not_shown_by(all, known);
 	const Differences& differences = all.differences;
@@ -325,26 +326,26 @@ Calibration calibrate(
 
 	problem.is_free = changed;
 	State shown = all.state;
-	shown.reading = told;
+	shown.reading = in_unit;
 	shown.reading.is_odometry_mirrored = all.state.reading.is_odometry_mirrored;
 	shown.reading.odometry_clock = all.state.reading.odometry_clock;
 	if (changed[kDuration]) shown.reading.duration = all.state.reading.duration;
 	for (std::size_t i = 0; i < kUnknowns; i++)
 		value_in(shown.reading, i) =
-		    told_value(told, shown.reading, i) + (changed[i] ? change_of(i, changed, differences).value : 0);
+		    told_value(in_unit, shown.reading, i) + (changed[i] ? change_of(i, changed, differences).value : 0);
 	if (result.is_confirmed)
 		problem.improve(shown, 1);  // which changes next to nothing
 	else
 		refit(problem, shown, kSteps);
 	result.after = result.before = residuals_of(problem, shown);
 	result.motions = result.after.ways.size();
-	if (changed != kOfWheels || is_other_odometry(shown.reading, told))
+	if (changed != kOfWheels || is_other_odometry(shown.reading, in_unit))
 	{
 		problem.is_free = kOfWheels;
-		State as_messages_say = problem.start(told);
+		State as_messages_say = problem.start(in_unit);
 		refit(problem, as_messages_say, kSteps);
 		result.before = residuals_of(problem, as_messages_say);
-		if (is_other_odometry(shown.reading, told))
+		if (is_other_odometry(shown.reading, in_unit))
 			result.odometry_log_odds =
 			    std::max(kClear, motion_costs(problem, as_messages_say).first - motion_costs(problem, shown).first);
 	}
@@ -356,7 +357,7 @@ Calibration calibrate(
 		Finding& finding = result.findings[i];
 		const auto& covariance = differences.covariance;
 		const auto at = static_cast<Eigen::Index>(i);
-		finding.estimate = told_value(told, all.state.reading, i) + differences.values[at];
+		finding.estimate = told_value(in_unit, all.state.reading, i) + differences.values[at];
 		finding.deviation = std::sqrt(covariance(at, at));
 		if (finding.verdict == Verdict::kChanged || known[i]) continue;
 		finding.log_odds = std::max(0.0, log_odds_of(change_of(i, changed, differences), scales[i]));
@@ -369,9 +370,9 @@ Calibration calibrate(
 				result.pairs.emplace_back(static_cast<Unknown>(i), static_cast<Unknown>(j));
 		}
 	}
-	if (result.shown.odometry_clock != told.odometry_clock)  // which a late laser cannot be told from
+	if (result.shown.odometry_clock != in_unit.odometry_clock)  // which a late laser cannot be in_unit from
 	{
-		const double start = told_value(told, result.shown, kStart);
+		const double start = told_value(in_unit, result.shown, kStart);
 		result.shown.odometry_clock += result.findings[kStart].estimate - start;
 		result.shown.start = result.findings[kStart].estimate = start;
 		result.findings[kStart].verdict = Verdict::kAsTold;

@@ -284,10 +284,10 @@ Settled Problem::settle(TPose2D laser, std::size_t k)
 	return {laser, static_cast<double>(at_walls) / all};
 }
 
-bool Problem::is_motion(std::size_t k) const
+bool is_motion(const std::vector<FoundScan>& scans, std::size_t k)
 {
 	constexpr double kLongest = 5;  // [s]
-	return k + 1 < scans_.size() && scans_[k + 1].time - scans_[k].time < kLongest;
+	return k + 1 < scans.size() && scans[k + 1].time - scans[k].time < kLongest;
 }
 
 std::optional<Eigen::Vector3d> Problem::motion_error(const State& state, std::size_t k, double of_poses) const

@@ -108,6 +108,9 @@ struct Normal
 	Eigen::MatrixXd solve(const Eigen::MatrixXd& right, double damping) const;
 };
 
+/// Returns whether scan k is followed by another one before odometry has gone astray.
+bool is_motion(const std::vector<FoundScan>& scans, std::size_t k);
+
 /// Returns cost [nat] and weight of a residual by the kernel of Geman and McClure.
 /// \param square [-] of the residual over its standard deviation \param bound [-] the same where it loses its force
 std::pair<double, double> robust(double square, double bound);
@@ -140,8 +143,7 @@ class Problem
 	/// Returns where the laser was in the middle of scan k, if it was about there, as messages say how it is read.
 	Settled settle(mrpt::math::TPose2D laser, std::size_t k);
 
-	/// Returns whether scan k is followed by another one before odometry has gone astray.
-	bool is_motion(std::size_t k) const;
+	bool is_motion(std::size_t k) const { return calibration::is_motion(scans_, k); }
 
 	/// Returns by how many standard deviations motion k between scans, as found, differs from that of the odometry:
 	/// along the way of the robot, across it, and in its turn. No value where there is no odometry.

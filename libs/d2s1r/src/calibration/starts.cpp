@@ -27,15 +27,15 @@ Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, co
 	{
 		Complex seen, way, turn;  // [m], [unit of the odometry], exp(i turn) - 1
 	};
-	constexpr double kLongest = 5, kMostLever = 0.5;           // [s] of a motion, [m] of a laser
-	constexpr double kFactor = 5, kSure = 0.2, kLeast = 0.02;  // [-] that is no error of wheels, [-] of it, [m]
+	constexpr double kMostLever = 0.5, kLeast = 0.02;  // [m] of a laser, [m] of a difference
+	constexpr double kFactor = 5, kSure = 0.2;         // [-] of ways in another unit, [-] deviation of such a factor
 	constexpr int kRounds = 10;
 	constexpr std::size_t kFewest = 6;  // [-] motions; one of the unknowns is two of its numbers
 	std::vector<Motion> motions;
 	for (std::size_t i = 0; i + 1 < scans.size(); i++)
 	{
 		const auto told = track.motion(reading, scans[i].time, scans[i + 1].time);
-		if (!told || scans[i + 1].time - scans[i].time > kLongest) continue;
+		if (!told || !is_motion(scans, i)) continue;
 		const TPose2D seen = scans[i + 1].laser - scans[i].laser;
 		motions.push_back({{seen.x, seen.y}, {told->x, told->y}, std::polar(1.0, told->phi) - 1.0});
 	}
