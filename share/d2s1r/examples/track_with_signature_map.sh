@@ -13,7 +13,7 @@ module=${2:?$usage}
 datasets=/usr/share/mrpt/datasets
 map=${3:-$datasets/localization_demo.simplemap.gz}
 rawlog=${4:-$datasets/localization_demo.rawlog}
-[ -f "$module" ] || { echo "$module: no such module; name libd2s1r-pf-init.so, of the packages or of a build, after OUT_DIR" >&2; exit 1; }
+[ -f "$module" ] || { echo "$module: is no file; give the path of libd2s1r-pf-init.so as MODULE" >&2; exit 1; }
 mkdir -p "$out"
 
 # where to start: the box round the first pose, from the one-shot localizer

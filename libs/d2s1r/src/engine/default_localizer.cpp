@@ -69,8 +69,7 @@ double needed_confidence(const Decision& decision, const std::vector<SearchedMap
 	return maps[best].parameters.scoring.localized_above;
 }
 
-/// Returns whether an answer leaves clearly less doubt than a localized frame may: by a share that was chosen by hand
-/// on the same sites as that of the first look.
+/// Returns whether an answer leaves clearly less doubt than a localized frame may: by a share that was chosen by hand.
 bool is_clear(const Decision& decision, const std::vector<SearchedMap>& maps)
 {
 	constexpr double kDoubt = 0.5;  // [-] share of what it may leave

@@ -9,7 +9,7 @@ namespace d2s1r
 namespace
 {
 /// Share of the margin of the coarse search that the first look takes; the whole one takes longer for the same answers.
-/// Chosen by hand on intel, mit_killian and fr_campus.
+/// Chosen by hand.
 constexpr double kFirstShare = 0.7;  //!< [-]
 }  // namespace
 
