@@ -260,11 +260,12 @@ def write_csv(rows, comparison, folder, no_times):
                                  *(f"{value:.4f}" for value in frame.truth), int(frame.right), f"{frame.times['total']:.3f}"])
 
 
-def write_latex(rows, file, no_times):
+def write_latex(rows, file, no_times, comment):
     def escaped(text):
         return text.replace("_", r"\_").replace("%", r"\%").replace("°", r"$^\circ$")
     shown = 5 if no_times else 6
-    lines = [r"\begin{tabular}{ll" + "r" * (shown - 2) + "}", r"\hline",
+    lines = [f"% {comment}", "% In brackets: 95 % intervals, for which whole groups of failures are drawn.",
+             r"\begin{tabular}{ll" + "r" * (shown - 2) + "}", r"\hline",
              " & ".join(["site", "method", "scans", r"success [\%]", r"precision [\%]", "ms"][:shown]) + r" \\", r"\hline"]
     for row in rows:
         if row["subset"] == "all":
@@ -277,7 +278,7 @@ def write_latex(rows, file, no_times):
 def write_bibliography(comparison, runner, file):
     cited = {key for name in comparison.methods for key in kind_of(name).cited}
     text = (pathlib.Path(__file__).parent / "references.bib").read_text()
-    text = text.replace("{VERSION}", "{" + runner.version().splitlines()[0].split()[-1] + "}").replace("COMMIT", runner.commit)
+    text = text.replace("VERSION", runner.version().splitlines()[0].split()[-1]).replace("COMMIT", runner.commit)
     entries = [entry for entry in re.split(r"\n(?=@)", text) if re.match(r"@\w+\{([^,]+)", entry).group(1) in cited]
     file.write_text("\n".join(entry.rstrip() + "\n" for entry in entries))
 
@@ -288,7 +289,6 @@ def write(results, left_out, folder, runner, command, options):
     comparison = Comparison(results)
     rows = list(comparison.rows())
     write_csv(rows, comparison, folder, options.no_times)
-    write_latex(rows, folder / "table.tex", options.no_times)
     write_bibliography(comparison, runner, folder / "references.bib")
     (folder / "logs").mkdir(exist_ok=True)
     for job, result in results.items():
@@ -304,7 +304,9 @@ def write(results, left_out, folder, runner, command, options):
     plt.close("all")
     machines = " and ".join(sorted({result.machine for result in results.values()}))
     commits = " and ".join(sorted({result.commit for result in results.values()}))
-    head = (f"# Comparison\n\n`{command}`, commit {commits}, {machines}. A success is a best pose within {within:g} m and {YAW}° of the "
-            f"truth, whatever its status.\n\n{fingerprint.stamp(runner.build)}\n\n{HOW}{'' if options.no_times else TIMES}\n")
+    success = f"A success is a best pose within {within:g} m and {YAW}° of the truth, whatever its status."
+    write_latex(rows, folder / "table.tex", options.no_times, f"{command}, commit {commits}. {success}".replace("°", " degrees"))
+    head = (f"# Comparison\n\n`{command}`, commit {commits}, {machines}. {success}\n\n{fingerprint.stamp(runner.build)}\n\n"
+            f"{HOW}{'' if options.no_times else TIMES}\n")
     parts = [*result_tables(rows, -2 if options.no_times else None), *pictures, data(comparison, results), settings(comparison), missing(left_out)]
     (folder / "README.md").write_text("\n".join([head, *(part for part in parts if part)]))

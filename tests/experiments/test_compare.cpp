@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // experiments/compare.py on a user's own folder, the intervals that its tables give, and the fingerprint beside tables.
+#include <d2s1r/version.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
@@ -83,9 +84,14 @@ TEST_F(Compare, AFolderOfOnesOwnGetsAPageWithTablesPicturesAndReferences)
 	    path("out/frames.csv"),
 	    "site,method,timestamp,in_map,status,x,y,phi,confidence,true_x,true_y,true_phi,right,ms");
 	EXPECT_EQ(frames.size(), 6U + 6U + 2U + 2U);
-	EXPECT_NE(read_file(path("out/table.tex")).find("home & d2s1r & 6 & "), std::string::npos);
+	const std::string latex = read_file(path("out/table.tex"));
+	for (const char* part :
+	     {"home & d2s1r & 6 & ", ". A success is a best pose within 0.3 m and 5 degrees of the truth"})
+		EXPECT_NE(latex.find(part), std::string::npos) << latex;
 	const std::string references = read_file(path("out/references.bib"));
 	EXPECT_NE(references.find("@book{probabilistic-robotics"), std::string::npos);
+	EXPECT_NE(references.find("@misc{d2s1r-software"), std::string::npos);
+	EXPECT_NE(references.find("version " D2S1R_VERSION ", commit "), std::string::npos) << references;
 	EXPECT_EQ(references.find("@inproceedings{glare"), std::string::npos) << "it was not run";
 	EXPECT_FALSE(fs::is_empty(path("out/logs")));
 	for (const auto& entry : fs::directory_iterator(path("store")))
