@@ -125,5 +125,5 @@ def all_jobs(found, frames, sweep_frames, field_of_view_of):
         if site.has("run"):
             jobs.append(Job(site, "run", "default", frames, window=WINDOW))
     for site in real:
-        jobs += [Job(site, "test", "default", max(1, sweep_frames // 3), map_site=other) for other in real if other != site]
+        jobs += [Job(site, "test", "default", sweep_frames, map_site=other) for other in real if other != site]
     return list(dict.fromkeys(jobs))

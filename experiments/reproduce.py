@@ -52,7 +52,7 @@ def read_arguments():
     parser.add_argument("--frames", type=whole_number, default=200, help="most scans of a set, evenly spread (default "
                         "200)")
     parser.add_argument("--sweep-frames", type=whole_number, default=60, help="the same for every point of a curve, "
-                        "and a third of it for every pair of sites (default 60)")
+                        "and for every pair of sites (default 60)")
     parser.add_argument("--drives", type=int, default=20, help="drives of the particle filter per site; 0 leaves them out "
                         "(default 20)")
     parser.add_argument("--jobs", type=whole_number, default=2, help="programs that run at a time, one thread each "

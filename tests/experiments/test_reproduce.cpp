@@ -163,7 +163,7 @@ TEST_F(Reproduce, WritesTablesAndFigures)
 	      "| olin_mac_923 | 12 | - | **100.0 (76-100)** | **100.0 (76-100)** | 100.0 (76-100) | 100.0 (76-100) |",
 	      "| mit_killian test | 100.0 (44-100) |",
 	      "## A narrow sensor that turns in place (Section III-C)",
-	      "| intel | 4 | 100.0 (51-100) | 100.0 (34-100) of mit_killian |"})
+	      "| intel | 12 | 100.0 (76-100) | 100.0 (61-100) of mit_killian |"})
 		EXPECT_NE(report.find(part), std::string::npos) << part << " is not in\n" << report;
 	for (const char* figure : {"errors", "success_maps", "reliability", "field_of_view", "clutter"})
 	{
