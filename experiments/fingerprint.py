@@ -55,7 +55,8 @@ FLOORS = {
 LESSER = ("field_of_view=180 noise=0.02", "field_of_view=270 blocked=0.3", "reach=3.5 noise=0.02")  # words of alter_scans
 STAMP = re.compile(r"<!-- measured at (\S+): answers (of another commit|[0-9a-f]{12}) -->")
 PAGES = ("README.md", "experiments/**/*.md", "doc/*.md", "tests/*/RESULTS.md")
-MEASURED = ("README.md", "experiments/RESULTS.md", "experiments/results/README.md", "experiments/results/comparison/README.md")
+MEASURED = ("README.md", "experiments/RESULTS.md", "experiments/results/README.md", "experiments/results/comparison/README.md",
+            "experiments/results/comparison/intel/README.md", "experiments/results/comparison/fr079/README.md")
 # pages that must have a stamp; tables of times and of what is learned are about other things than today's answers
 
 
