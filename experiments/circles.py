@@ -121,6 +121,6 @@ def following(results):
         "scan and is moved by the poses of the scans, which is the paper's pseudo-odometry; it has no other motion. "
         f"Settled: from the {SETTLED + 1}th frame of a drive on. Published: all samples of one drive in one corridor, whose "
         "number is not told; D2S1R and AMCL alone fail there, without figures. AMCL alone: the table of its convergence." +
-        "".join(f" For {title} the fusion is worse than each scan alone." for title in below),
+        (f" The fusion is worse than each scan alone: {'; '.join(below)}." if below else ""),
         ["site", "method", "frames", "each scan alone", "fused", "alone, settled", "fused, settled",
          "drives without an error, fused, settled"], rows)
