@@ -93,8 +93,8 @@ def turning(results):
         "[%] success within 0.2 m and 5 deg at places of `sim360_off`, in brackets the 95 % interval. The paper's "
         "remedy for narrow sensors, which it does not measure: the robot turns once about itself, a scan every 10 deg, and "
         "`ScanAccumulator` puts the scans together by the odometry, which misjudges the turn by 1 % (standard deviation); "
-        "the laser is 0.1 m ahead of the middle of the robot, its noise 0.01 m. Single scans at the same places: "
-        "the table of the field of view.", ["site", *columns], rows)
+        "the laser is 0.1 m ahead of the middle of the robot, its noise 0.01 m. Single scans at the same places, "
+        "of the sites that it has: the table of the field of view.", ["site", *columns], rows)
 
 
 def following(results):
