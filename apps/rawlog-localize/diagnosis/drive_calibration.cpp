@@ -412,6 +412,7 @@ DriveCalibration calibrate_by_drive(
 	result.overrides = again.overrides;
 	result.answers = std::move(again.answers);
 	if (!again.doubt.why.empty() || result.doubt.why != ros::kGuessedMounting) result.doubt = again.doubt;
+	if (result.doubt.why.empty()) result.doubt = ros::uncertainty_of(result.found);
 	result.contradictions.insert(result.contradictions.end(), again.contradictions.begin(), again.contradictions.end());
 	tell(sensor.label, result);
 	return result;

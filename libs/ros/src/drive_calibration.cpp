@@ -19,11 +19,29 @@ using mrpt::poses::CPose3D;
 
 void apply(const Doubt& doubt, Localization& answer)
 {
-	if (doubt.why.empty()) return;
 	for (Hypothesis& hypothesis : answer.hypotheses) hypothesis.covariance += doubt.covariance;
-	if (answer.status != Status::kLocalized) return;
+	if (doubt.why.empty() || answer.status != Status::kLocalized) return;
 	answer.status = Status::kAmbiguous;
 	answer.note = doubt.why;
+}
+
+Doubt uncertainty_of(const Calibration& shown)
+{
+	const auto deviation = [&](Unknown unknown)
+	{
+		const Finding& finding = shown.findings[unknown];
+		return finding.verdict == Verdict::kChanged ? finding.deviation : 0;
+	};
+	const double turn = deviation(calibration::kYaw), x = deviation(calibration::kX), y = deviation(calibration::kY);
+	const double way = std::hypot(turn * std::hypot(shown.shown.laser.x, shown.shown.laser.y), x, y);
+	Doubt doubt;
+	doubt.covariance(0, 0) = doubt.covariance(1, 1) = way * way;
+	doubt.covariance(2, 2) = turn * turn;
+	if (turn > kPlaceYaw || way > kPlaceDistance)  // it may be at several places
+		doubt.why = mrpt::format(
+		    "the drive shows where the laser is on the robot, but only to %.2f m and %.1f deg so far", way,
+		    mrpt::RAD2DEG(turn));
+	return doubt;
 }
 
 calibration::Reading told_reading(const CPose3D& laser, const SweepTime& sweep, const Overrides& given)

@@ -101,6 +101,7 @@ void RunningCalibration::mount(const Overrides& overrides)
 	in_use_.is_odometry_mirrored = before.is_odometry_mirrored;
 	in_use_.odometry_clock = before.odometry_clock;
 	reading_.reset();
+	uncertainty_ = {};
 	agreement_ = Agreement::kNotShown;
 	is_yaw_shown_ = false;
 }
@@ -215,6 +216,7 @@ bool RunningCalibration::calibrate(
 	if (is_moved && !is_mount_shown) return false;  // a robot that turns on the spot shows one of them for the other
 	const CPose3D laser = mounted_.sensor_pose.value_or(newest.laser);
 	const Overrides before = std::exchange(in_use_, with_shown(mounted_, found, newest.scan, laser));
+	uncertainty_ = uncertainty_of(found);
 	// Readings of the odometry have come as they were in use.
 	in_use_.is_odometry_mirrored = before.is_odometry_mirrored != found.shown.is_odometry_mirrored;
 	in_use_.odometry_clock = before.odometry_clock + found.shown.odometry_clock;
@@ -243,7 +245,7 @@ Doubt RunningCalibration::doubt() const
 {
 	if (is_contradicted()) return {description(), contradiction_};
 	const bool is_guessed = !mounting_.empty() && mounted_.sensor_pose && !given_.sensor_pose;
-	return is_guessed && agreement_ == Agreement::kNotShown && !is_yaw_shown_ ? Doubt{kGuessedMounting} : Doubt();
+	return is_guessed && agreement_ == Agreement::kNotShown && !is_yaw_shown_ ? Doubt{kGuessedMounting} : uncertainty_;
 }
 
 std::string RunningCalibration::description() const

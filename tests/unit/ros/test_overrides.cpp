@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <ros/drive_calibration.h>
 
+#include <cmath>
 #include <stdexcept>
 
 namespace d2s1r::ros
@@ -51,6 +52,28 @@ TEST(Doubt, WidensAPoseAndDoesNotCallItLocalized)
 	EXPECT_EQ(answer.status, Status::kAmbiguous);
 	EXPECT_EQ(answer.note, doubt.why);
 	EXPECT_DOUBLE_EQ(answer.best().covariance(2, 2), 0.5);
+}
+
+TEST(Doubt, IsByHowWellADriveShowsWhereTheLaserIs)
+{
+	using calibration::kYaw;
+	calibration::Calibration shown;
+	shown.shown.laser = {0.3, -0.4, 1};
+	shown.findings[kYaw].deviation = 0.05;
+	shown.findings[kYaw].verdict = calibration::Verdict::kAsTold;
+	EXPECT_EQ(uncertainty_of(shown).covariance(2, 2), 0) << "messages are believed";
+	shown.findings[kYaw].verdict = calibration::Verdict::kChanged;
+	Localization answer;
+	answer.status = Status::kLocalized;
+	answer.hypotheses.resize(1);
+	answer.hypotheses[0].covariance.setZero();
+	apply(uncertainty_of(shown), answer);
+	EXPECT_EQ(answer.status, Status::kLocalized);
+	EXPECT_NEAR(std::sqrt(answer.best().covariance(2, 2)), 0.05, 1e-9);
+	EXPECT_NEAR(std::sqrt(answer.best().covariance(0, 0)), 0.5 * 0.05, 1e-9) << "of a laser 0.5 m from the middle";
+	shown.findings[kYaw].deviation = 0.2;
+	apply(uncertainty_of(shown), answer);
+	EXPECT_EQ(answer.status, Status::kAmbiguous);
 }
 }  // namespace
 }  // namespace d2s1r::ros

@@ -16,12 +16,17 @@ namespace d2s1r::ros
 struct Doubt
 {
 	std::string why;  //!< empty: there is none
-	/// [m^2, rad^2] That poses have beside their own, see calibration::contradiction_of().
+	/// [m^2, rad^2] That poses have beside their own: see calibration::contradiction_of() and uncertainty_of().
 	mrpt::math::CMatrixDouble33 covariance = mrpt::math::CMatrixDouble33::Zero();
 };
 
-/// Lets an answer not be `localized` if there is a doubt, and its covariances cover what the drive contradicts.
+/// Lets an answer not be `localized` if there is a doubt, and its covariances cover what the drive contradicts or
+/// hardly shows.
 void apply(const Doubt& doubt, Localization& answer);
+
+/// Returns what it means for poses how well a drive shows where the laser is on the robot, if it is not where messages
+/// say.
+Doubt uncertainty_of(const calibration::Calibration& shown);
 
 /// Returns what messages say of a laser. \param laser its frame on the robot
 calibration::Reading told_reading(const mrpt::poses::CPose3D& laser, const SweepTime& sweep, const Overrides& given);

@@ -114,6 +114,7 @@ class RunningCalibration
 	calibration::Agreement agreement_ = calibration::Agreement::kNotShown;
 	bool is_yaw_shown_ = false;                  //!< by the drive, also by turns that are too small for an agreement
 	mrpt::math::CMatrixDouble33 contradiction_;  //!< see Doubt
+	Doubt uncertainty_;                          //!< of what is shown
 	std::string mounting_;                       //!< by which scans are found, for people; empty: as it is told
 	std::string shown_;                          //!< what the drive contradicts; empty: nothing
 };
