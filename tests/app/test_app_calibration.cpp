@@ -305,6 +305,16 @@ TEST_F(AppCalibration, FewScansNarrowViewsAndRoughOdometry)
 	}
 }
 
+TEST_F(AppCalibration, OfTwoMotionsAClearOneCountsAgainstOneThatSaysLittle)
+{
+	ToldDrive turned(1.636925, 8);  // three of its scans are found
+	turned.drive.seed = 3030;
+	turned.drive.field_of_view = 1.5 * M_PI;
+	turned.drive.odometry_error = 0.1;
+	turned.drive.truth.laser.phi = -90 * kDegree;
+	EXPECT_EQ(score_of(turned).wrong, 0U) << said_;
+}
+
 TEST_F(AppCalibration, FewScansThatFitByAnotherMountingOnly)
 {
 	ToldDrive angles(1.5, 8);

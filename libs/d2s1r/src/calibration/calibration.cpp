@@ -68,15 +68,15 @@ namespace
 /// What motions that are long enough, and those that turn enough, say of a reading.
 struct Witnesses
 {
-	std::array<std::size_t, 2> all{}, against{};  //!< [-]
-	std::vector<double> ways;                     //!< [m] by which they differ
-	std::array<std::vector<double>, 2> turns;     //!< [rad] the same, of each kind
+	std::array<std::vector<double>, 2> errors;  //!< [standard deviations] of each kind
+	std::vector<double> ways;                   //!< [m] by which they differ
+	std::array<std::vector<double>, 2> turns;   //!< [rad] the same, of each kind
 };
 
 Witnesses witnesses_of(const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
 {
 	constexpr double kWay = 0.5, kTurn = 60 * kDegree, kLongest = 30;  // [m], [rad], [s] of a motion
-	constexpr double kOfPoses = 0.04, kMost = 2.5;                     // [m] [rad], [standard deviations]
+	constexpr double kOfPoses = 0.04;                                  // [m] [rad]
 	constexpr double kTimes = 2, kLever = 1, kLeast = 0.3;             // [-], [m], [m] [rad]
 	const Track track(odometry);
 	const Reading reading = in_unit_of_ways(told, scans, track);
@@ -105,26 +105,34 @@ Witnesses witnesses_of(const Reading& told, const std::vector<FoundScan>& scans,
 			const double turned = std::abs(wrapToPi(seen.phi - motion_told.phi));
 			const double aside = wrapToPi(std::atan2(seen.y, seen.x) - std::atan2(motion_told.y, motion_told.x));
 			witnesses.ways.push_back(std::hypot(seen.x - motion_told.x, seen.y - motion_told.y));
-			for (std::size_t k = 0; k < witnesses.all.size(); k++)
+			for (std::size_t k = 0; k < witnesses.errors.size(); k++)
 			{
 				if (!may_vote[k]) continue;
 				has_voted[k] = true;
-				witnesses.all[k]++;
 				witnesses.turns[k].push_back(k == 0 ? std::max(turned, std::abs(aside)) : turned);
-				witnesses.against[k] += error->cwiseAbs().maxCoeff() > kMost;
+				witnesses.errors[k].push_back(error->cwiseAbs().maxCoeff());
 			}
 		}
 	}
 	return witnesses;
+}
+/// Returns the error by which half of the witnesses contradict: of an even number, the geometric mean of the two in the
+/// middle, so that of two a clear one counts against one that says little. \param errors [standard deviations]
+double middle_of(std::vector<double> errors)
+{
+	if (errors.empty()) return 0;
+	std::sort(errors.begin(), errors.end());
+	return std::sqrt(errors[(errors.size() - 1) / 2] * errors[errors.size() / 2]);
 }
 }  // namespace
 
 Agreement agreement_of(
     const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
 {
-	const auto [all, against, ways, turns] = witnesses_of(reading, scans, odometry);
-	if (ways.empty()) return Agreement::kNotShown;
-	const bool is_contradicted = 2 * against[0] > all[0] || 2 * against[1] > all[1];
+	constexpr double kMost = 2.5;  // [standard deviations]
+	const Witnesses witnesses = witnesses_of(reading, scans, odometry);
+	if (witnesses.ways.empty()) return Agreement::kNotShown;
+	const bool is_contradicted = middle_of(witnesses.errors[0]) > kMost || middle_of(witnesses.errors[1]) > kMost;
 	return is_contradicted ? Agreement::kContradicts : Agreement::kAgrees;
 }
 
