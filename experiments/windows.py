@@ -145,19 +145,19 @@ def is_told(told, seen, low, high):
 def bins_table(drives, is_right, meaning):
     rows = []
     for low, high in BINS:
-        answers = [frame.window for name in BINNED for frame in drives.get(name, ())
-                   if low <= frame.window.confidence < high]
+        of_drives = [[frame.window for frame in drives.get(name, ()) if low <= frame.window.confidence < high] for name in BINNED]
+        answers = [answer for answers in of_drives for answer in answers]
         wrong = sum(not is_right(answer) for answer in answers)
         if not answers:
             continue
         told = 100 * measures.mean(1 - answer.confidence for answer in answers)
-        interval = [100 * end for end in intervals.wilson(wrong / len(answers), len(answers))] if answers else [math.nan] * 2
+        interval = intervals.share_interval([[not is_right(answer) for answer in answers] for answers in of_drives])
         rows.append([f"{low:g} to {min(1, high):g}", str(len(answers)), str(wrong), f"{told:.3f}",
                      f"{100 * wrong / len(answers):.3f}", f"{interval[0]:.3f} to {interval[1]:.3f}",
                      "yes" if is_told(told, 100 * wrong / len(answers), *interval) else "no"])
     return tables.table(
         "Errors told and seen", f"Windows on {', '.join(BINNED)}. Wrong: {meaning} beside the ground truth. Agreed: told "
-        "within the 95 % interval (Wilson) of those seen, or within a factor of 2.",
+        "within the 95 % interval of those seen, or within a factor of 2.",
         ["confidence", "frames", "wrong", "told [%]", "seen [%]", "interval [%]", "agreed"], rows)
 
 

@@ -38,6 +38,16 @@ TEST_F(Windows, ErrorsToldAreComparedWithThoseSeen)
 	    << "half are beside it " << told;
 }
 
+TEST_F(Windows, FramesThatAreWrongTogetherSayLittle)
+{
+	const std::string told = printed(
+	    "together = [frame(i, 0.9995, not 100 <= i < 108) for i in range(800)]\n"
+	    "drives = {'intel': together, 'fr079': [frame(i, 0.9995) for i in range(1500)]}\n"
+	    "print(bins_table(drives, lambda answer: answer.right, '0.5 m'))");
+	EXPECT_NE(told.find("| 0.999 to 1 | 2300 | 8 | 0.050 | 0.348 |"), std::string::npos) << told;
+	EXPECT_NE(told.find(" | yes |"), std::string::npos) << "eight errors that are alone would contradict it\n" << told;
+}
+
 TEST_F(Windows, AnAnswerBesideTheTruthIsStillAtItsPlace)
 {
 	EXPECT_EQ(
