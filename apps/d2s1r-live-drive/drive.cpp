@@ -72,7 +72,10 @@ class Drive
 		robot_.begin(grid_);
 		constexpr int kMostWaits = 100;  // of 0.1 s
 		for (int i = 0; i < kMostWaits && robot_.scans.readers().present == 0; i++)
+		{
 			std::this_thread::sleep_for(std::chrono::milliseconds(100));
+			tracker_.check();
+		}
 		moved_at_ = Clock::now();
 		const auto end = after(moved_at_, settings_.seconds);
 		auto odometry_at = moved_at_, scan_at = moved_at_;
@@ -158,6 +161,7 @@ class Drive
 	/// Carries the robot away and kills its tracker, when it is time to.
 	void disturb(Clock::time_point now)
 	{
+		tracker_.check();
 		if (settings_.between_kidnappings > 0 && now >= kidnapping_at_)
 		{
 			world_.carry_away();

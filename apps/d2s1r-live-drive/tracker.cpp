@@ -2,6 +2,8 @@
 #include "tracker.h"
 
 #include <fcntl.h>
+#include <mrpt/core/format.h>
+#include <shell/errors.h>
 #include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -41,6 +43,21 @@ void TrackerProcess::kill()
 	waitpid(id_, nullptr, 0);
 	close(seeds_);
 	id_ = 0;
+}
+
+void TrackerProcess::check()
+{
+	int status = 0;
+	if (is_ours() || id_ == 0 || waitpid(id_, &status, WNOHANG) != id_) return;
+	id_ = 0;
+	close(seeds_);
+	if (status == 0) return;
+	const bool is_killed = WIFSIGNALED(status);
+	throw app::UserError(
+	    app::kWrongUse, "--tracker '" + command_ + "'",
+	    mrpt::format(
+	        "ended by %s %d; check the command", is_killed ? "signal" : "itself with status",
+	        is_killed ? WTERMSIG(status) : WEXITSTATUS(status)));
 }
 
 int TrackerProcess::count_seeds()

@@ -23,6 +23,9 @@ class TrackerProcess
 	void start();
 	void kill();
 
+	/// \throws UserError if the command has failed, such as one that is not there
+	void check();
+
 	/// Returns how many seeds all processes have taken so far.
 	int count_seeds();
 

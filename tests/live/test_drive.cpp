@@ -170,5 +170,8 @@ TEST_F(LiveTest, TheSimulatedRobotRefusesWrongUse)
 	refuse({kOffice, "1", "--bems", "3"}, 1, "did you mean --beams?");
 	refuse({path("none.yaml"), "1"}, 2, path("none.yaml"));
 	refuse({kOffice, "1", "--log", path("none/log.csv")}, 3, path("none/log.csv"));
+	refuse(
+	    {kOffice, "60", "--domain", std::to_string(test_domain()), "--tracker", "false"}, 1,
+	    "--tracker 'false': ended by itself with status 1; check the command");
 }
 }  // namespace d2s1r::test
