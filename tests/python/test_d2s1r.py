@@ -300,8 +300,11 @@ def test_the_example_of_a_bag_says_what_is_wrong_in_one_line(world, tmp_path):
     share = pathlib.Path(__file__).parents[2] / "share/d2s1r"
     plan, text = world.folder / "map.yaml", tmp_path / "text.db3"
     text.write_text("no bag")
+    whole, half = share / "data/office_bag/office_bag_0.db3", tmp_path / "half.db3"
+    half.write_bytes(whole.read_bytes()[:whole.stat().st_size // 2])
     for words, said in [([], "usage: "), ([plan, "none.db3"], "none.db3: is not the .db3 file of a bag"),
-                        ([plan, text], f"{text}: is not the .db3 file of a bag"), ([text, plan], f"{text}: is not a map"),
+                        ([plan, text], f"{text}: is not the .db3 file of a bag"),
+                        ([plan, half], f"{half}: is not the .db3 file of a bag, or damaged"), ([text, plan], f"{text}: is not a map"),
                         ([plan, share / "data/office_bag", "0.15"], "sensor_pose has 1 numbers")]:
         done = subprocess.run([sys.executable, share / "examples/bag_in_python.py", *words], capture_output=True, text=True, check=False)
         assert done.returncode == 1 and done.stderr.startswith(said) and done.stderr.count("\n") == 1, done.stderr

@@ -23,11 +23,11 @@ def laser_scan(message):
 def scans_of(file):
     """Rows (time [ns], message) of a .db3 file."""
     try:
-        return sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True).execute(
+        yield from sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True).execute(
             "SELECT timestamp, data FROM messages JOIN topics ON topic_id = topics.id "
             "WHERE type = 'sensor_msgs/msg/LaserScan' ORDER BY timestamp")
     except sqlite3.Error as error:
-        raise ValueError(f"{file}: is not the .db3 file of a bag ({error}); check the path") from error
+        raise ValueError(f"{file}: is not the .db3 file of a bag, or damaged ({error}); check the path") from error
 
 
 def main():
