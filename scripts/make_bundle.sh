@@ -32,13 +32,11 @@ name=d2s1r-$version-linux-$architecture
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 root=$work/$name
-mkdir -p "$root/share/doc/doc"
+mkdir -p "$root"
 for component in runtime live bundle; do cmake --install "$build" --prefix "$root" --component $component --strip >"$work/log"; done
 cp -r share/d2s1r/config share/d2s1r/data "$root/share/d2s1r"
 cp share/man/man1/rawlog-localize.1 "$root/share/man/man1"
 cp share/bash-completion/completions/rawlog-localize "$root/share/bash-completion/completions"
-cp README.md LICENSE CHANGELOG.md "$root/share/doc"
-cp doc/*.md doc/*.png doc/*.svg "$root/share/doc/doc"  # that README leads to
 rm -rf "$root/lib/systemd"  # whose unit names /usr
 # The library of Cyclone DDS looks for its own here, and not where the program says.
 ln -s . "$root/lib/$triplet"
@@ -69,7 +67,7 @@ while [ ${#pending[@]} -gt 0 ]; do
     files+=("*/$triplet/$(basename "$(realpath "$from")")")
   done
 done
-mkdir "$root/share/doc/licences"
+mkdir -p "$root/share/doc/licences"
 for package in $(dpkg-query --search "${files[@]}" | sed 's/:.*//' | sort -u); do  # which fails if a file is of none
   cp -L "/usr/share/doc/$package/copyright" "$root/share/doc/licences/$package"
 done

@@ -25,7 +25,9 @@ cat >"$root/use.sh" <<'end'
 set -eu
 cd /d2s1r-*
 for program in bin/*; do "$program" --version >/dev/null; done
-for page in usage live; do [ -s share/doc/doc/$page.md ]; done  # which README names
+for page in doc/usage doc/live experiments/README experiments/results/README tests/benchmark/RESULTS; do
+  [ -s share/doc/d2s1r/$page.md ]  # which README and its pages lead to
+done
 bin/rawlog-localize -m share/d2s1r/data/office.yaml -i share/d2s1r/data/office_bag -o /tmp/out
 if bin/rawlog-localize -q -m share/d2s1r/data/office.yaml -i share/d2s1r/data/office.rawlog -o /tmp/out; then exit 1; fi
 export ROS_DOMAIN_ID="$1" ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
