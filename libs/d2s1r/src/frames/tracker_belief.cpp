@@ -37,6 +37,20 @@ std::vector<Hypothesis> within_reach(
 	return places;
 }
 
+/// Returns what a look shows at each place that is followed: near it or, where the place is too uncertain for that, in
+/// the whole map.
+std::vector<std::vector<Hypothesis>> found_at(
+    const Look& look, const std::vector<PlaceDensity>& expected, const WindowTuning& tuning)
+{
+	std::vector<std::vector<Hypothesis>> found(expected.size());
+	const auto is_looked_at = [](const auto& near) { return near.has_value(); };
+	if (look.is_whole && !std::all_of(look.near.begin(), look.near.end(), is_looked_at))
+		found = shared_out(look.answer.hypotheses, expected, tuning);
+	for (std::size_t i = 0; i < expected.size(); i++)
+		if (look.near[i]) found[i] = *look.near[i];
+	return found;
+}
+
 /// Returns the share [0, 1] of one place in all those at which the robot may be by a predicted density.
 double share_of_place(const PoseDensity& predicted)
 {
@@ -58,20 +72,20 @@ double Tracker::State::absence_of(const Localization& answer, const Hypothesis& 
 	return absence(answer, std::min(1.0, listed), &fittest, model);
 }
 
-/// Lets a scan correct the places that are followed.
+/// Lets a scan correct the places that are followed. One at which nobody looked is not refuted.
 Told Tracker::State::follow(const Look& look, const std::vector<PlaceDensity>& expected)
 {
 	const std::vector<Hypothesis>& places = look.answer.hypotheses;
 	const Hypothesis* fittest = likeliest(places, tuning);
 	const Reference reference = {log_likelihood_of(*fittest), look.answer.temperature, fittest->by_pieces};
-	const auto shared = look.near.empty() ? shared_out(places, expected, tuning) : look.near;
+	const auto found = found_at(look, expected, tuning);
 	Told told;
 	told.absence = absence_of(look.answer, *fittest);
 	for (std::size_t i = 0; i < tracks.size(); i++)
 	{
-		const std::vector<Hypothesis> there = within_reach(expected[i].pose, shared[i], tuning);
+		const std::vector<Hypothesis> there = within_reach(expected[i].pose, found[i], tuning);
 		const Correction fit = best_correction(expected[i].pose, there, reference, tuning);
-		told.evidence.push_back(fit.evidence);
+		told.evidence.push_back(look.is_whole || look.near[i] ? fit.evidence : tuning.hidden);
 		told.explained.push_back(fit.explained);
 		if (fit.explained < kHeldBelow * promised || fit.explained < tuning.least_explained) continue;
 		Followed& track = tracks[i];
@@ -109,10 +123,17 @@ void Tracker::State::start_tracks(const Look& look, Told& told)
 	}
 }
 
-/// Takes in what a scan shows at the most probable place. Returns the share [0, 1] that scans have shown before.
+/// Returns the number of the place that is most believed without the full weight of the newest scan.
+std::size_t Tracker::State::most_believed() const
+{
+	const auto is_less = [](const Followed& a, const Followed& b) { return is_more_probable(b.believed, a.believed); };
+	return static_cast<std::size_t>(std::max_element(tracks.begin(), tracks.end(), is_less) - tracks.begin());
+}
+
+/// Takes in what a scan shows at the most believed place. Returns the share [0, 1] that scans have shown before.
 double Tracker::State::take_shown(const Scan& scan)
 {
-	const Followed& best = tracks.front();
+	const Followed& best = tracks[most_believed()];
 	ShownSurface& surface = shown_surfaces[best.map()];
 	const double share = surface.share(scan, predicted(best).mean.asTPose());
 	if (best.is_seen) surface.add(scan, best.fix.pose.asTPose());
@@ -125,7 +146,8 @@ double Tracker::State::take_shown(const Scan& scan)
 /// walls share.
 void Tracker::State::weigh_tracks(const Told& told, double shown)
 {
-	const double explained_here = told.explained.front(), in_look = 1 - std::abs(explained_here - last_explained);
+	const double explained_here = told.explained[most_believed()];
+	const double in_look = 1 - std::abs(explained_here - last_explained);
 	const double fresh = 1 - in_look * correlation(shown, tuning.model) * std::exp(-since_told / kSameTime);
 	const double fresh_walls = std::max(0.0, 1 - shown / std::max(explained_here, tuning.least_explained));
 	const bool is_first = believed_none >= 1;
@@ -193,6 +215,7 @@ void Tracker::State::believe(const Look& look, const std::vector<PlaceDensity>& 
 	drop_tracks();
 	temperature = look.answer.temperature;
 	since_told = 0;
-	last_explained = tracks.front().is_seen ? tracks.front().fix.explained.value_or(0) : 0;
+	const Followed& most = tracks[most_believed()];
+	last_explained = most.is_seen ? most.fix.explained.value_or(0) : 0;
 }
 }  // namespace d2s1r

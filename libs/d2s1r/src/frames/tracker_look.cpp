@@ -49,8 +49,8 @@ std::vector<TPose2D> poses_around(const PoseDensity& predicted)
 }  // namespace
 
 /// Judges a scan near each place that is followed, by itself: in a search, places that fit less well than others are
-/// dropped on the way. There is no value if the places are so uncertain that a search is no dearer.
-std::optional<Look> Tracker::State::look_near(const Scan& scan, const std::vector<PlaceDensity>& expected) const
+/// dropped on the way. A place that is so uncertain that a search is no dearer gets no value.
+Look Tracker::State::look_near(const Scan& scan, const std::vector<PlaceDensity>& expected) const
 {
 	Look all{no_place(Status::kRejected, "")};
 	std::vector<Hypothesis>& found = all.answer.hypotheses;
@@ -59,7 +59,8 @@ std::optional<Look> Tracker::State::look_near(const Scan& scan, const std::vecto
 		const TrackedMap& map = maps.at(place.map);
 		const Parameters& parameters = map.localizer->parameters();
 		const std::vector<TPose2D> poses = poses_around(place.pose);
-		if (poses.size() > kMostPoses) return std::nullopt;
+		auto& near = all.near.emplace_back();
+		if (poses.size() > kMostPoses) continue;
 		Localization there = map.localizer->method().look_at(scan, poses, map.prior, parameters);
 		for (Hypothesis& hypothesis : there.hypotheses) hypothesis.map = place.map;
 		const Hypothesis* before = likeliest(found, tuning);
@@ -67,7 +68,7 @@ std::optional<Look> Tracker::State::look_near(const Scan& scan, const std::vecto
 		if (here && (!before || log_likelihood_of(*here) > log_likelihood_of(*before)))
 			all.answer.temperature = there.temperature;
 		found.insert(found.end(), there.hypotheses.begin(), there.hypotheses.end());
-		all.near.push_back(std::move(there.hypotheses));
+		near = std::move(there.hypotheses);
 	}
 	return all;
 }
@@ -75,13 +76,15 @@ std::optional<Look> Tracker::State::look_near(const Scan& scan, const std::vecto
 /// Returns whether a scan is explained near the most probable place as well as the scans before promise.
 bool Tracker::State::is_as_promised(const Look& look, const PlaceDensity& expected) const
 {
-	return std::any_of(
-	    look.near.front().begin(), look.near.front().end(),
-	    [&](const Hypothesis& place)
-	    {
-		    return place.explained.value_or(0) >= promised - kShortfall &&
-		           mrpt::square(mahalanobis_distance(expected.pose, measurement(place, tuning))) < kMostOff;
-	    });
+	const auto& near = look.near.front();
+	return near &&
+	       std::any_of(
+	           near->begin(), near->end(),
+	           [&](const Hypothesis& place)
+	           {
+		           return place.explained.value_or(0) >= promised - kShortfall &&
+		                  mrpt::square(mahalanobis_distance(expected.pose, measurement(place, tuning))) < kMostOff;
+	           });
 }
 
 /// Returns whether the last search of the whole map was that long ago, in time, way or turn: the stamps of some logs
@@ -97,16 +100,15 @@ bool Tracker::State::is_since_search(double span) const
 /// Explains a scan near the places that are followed and, if that is not enough or it is time, anywhere.
 Look Tracker::State::look(const Scan& scan, const std::vector<PlaceDensity>& expected)
 {
-	auto near = expected.empty() ? std::nullopt : look_near(scan, expected);
-	const bool is_enough = near && is_as_promised(*near, expected.front());
-	if (near && !is_since_search(is_enough ? kBetweenLooks : kBetweenSearches)) return *near;
+	Look near = look_near(scan, expected);
+	const bool is_looked_at = std::any_of(near.near.begin(), near.near.end(), [](const auto& place) { return place; });
+	const bool is_enough = is_looked_at && is_as_promised(near, expected.front());
+	if (is_looked_at && !is_since_search(is_enough ? kBetweenLooks : kBetweenSearches)) return near;
 	searched = {};
 	since_search = 0;
-	Look whole{search(scan), {}, true};
-	if (!near) return whole;
+	Look whole{search(scan), std::move(near.near), true};
 	std::vector<Hypothesis>& all = whole.answer.hypotheses;
-	std::move(near->answer.hypotheses.begin(), near->answer.hypotheses.end(), std::back_inserter(all));
-	whole.near = std::move(near->near);
+	std::move(near.answer.hypotheses.begin(), near.answer.hypotheses.end(), std::back_inserter(all));
 	return whole;
 }
 

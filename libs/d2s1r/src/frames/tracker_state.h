@@ -41,9 +41,9 @@ struct Followed
 /// What a scan says of the places that were looked at.
 struct Look
 {
-	Localization answer;                          //!< about all of them
-	std::vector<std::vector<Hypothesis>> near{};  //!< by place that is followed; empty if these were not looked at
-	bool is_whole = false;                        //!< whether all places of the maps were looked at
+	Localization answer;                                         //!< about all of them
+	std::vector<std::optional<std::vector<Hypothesis>>> near{};  //!< by place that is followed, if it was looked at
+	bool is_whole = false;                                       //!< whether all places of the maps were looked at
 };
 
 /// What a scan says of the places that are followed.
@@ -70,7 +70,7 @@ struct Tracker::State
 	const ScoringParameters& scoring() const;
 
 	// Where a scan is looked at: tracker_look.cpp.
-	std::optional<Look> look_near(const Scan& scan, const std::vector<PlaceDensity>& expected) const;
+	Look look_near(const Scan& scan, const std::vector<PlaceDensity>& expected) const;
 	bool is_as_promised(const Look& look, const PlaceDensity& expected) const;
 	bool is_since_search(double span) const;
 	Look look(const Scan& scan, const std::vector<PlaceDensity>& expected);
@@ -81,6 +81,7 @@ struct Tracker::State
 	double absence_of(const Localization& answer, const Hypothesis& fittest) const;
 	Told follow(const Look& look, const std::vector<PlaceDensity>& expected);
 	void start_tracks(const Look& look, Told& told);
+	std::size_t most_believed() const;
 	double take_shown(const Scan& scan);
 	void weigh_tracks(const Told& told, double shown);
 	void drop_tracks();
