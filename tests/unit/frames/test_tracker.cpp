@@ -212,6 +212,31 @@ TEST_F(TrackerOnTwinRooms, ManyScansTellNoMoreOfThePoseThanOne)
 	for (int i = 0; i < 3; i++) EXPECT_GT(told.best().covariance(i, i), 0.9 * alone->covariance(i, i)) << i;
 }
 
+/// In one of the two rooms a pillar is gone from the map.
+TEST_F(TrackerOnTwinRooms, IsSureOnceManyScansTellPlacesApartButNotByOne)
+{
+	Grid other = grid_;
+	for (int y = 50; y < 60; y++)
+		for (int x = 100; x < 110; x++) other.cells[static_cast<std::size_t>(other.index(x, y))] = Cell::kFree;
+	const Localizer localizer(make_map(other), {});
+	Tracker tracker(localizer);
+	const TPose2D robot = into_left_room().back();
+	std::vector<Status> told;
+	for (int i = 0; i < 30; i++)
+	{
+		Scan scan = scan_at(robot);
+		const bool is_hidden = i < 5;  // by somebody between it and the robot
+		for (Beam& beam : scan.beams)
+			if (is_hidden && std::abs(beam.angle - M_PI_2) < 0.8) beam = {beam.angle, 0.4F, true};
+		const Localization answer = tracker.add(kBetweenScans * i, scan, CPose2D());
+		told.push_back(answer.status);
+		if (!is_hidden) expect_at(answer, robot);
+	}
+	EXPECT_EQ(told[4], Status::kAmbiguous);
+	EXPECT_EQ(told[5], Status::kAmbiguous);
+	EXPECT_EQ(told.back(), Status::kLocalized);
+}
+
 TEST_F(TrackerOnTwinRooms, KeepsToARobotAmongPeople)
 {
 	find();

@@ -19,7 +19,8 @@ using mrpt::poses::CPose2D;
 
 constexpr double kUnknownTime = 1;      //!< [s] that passes between two scans whose stamps do not tell
 constexpr double kNewestPromise = 0.1;  //!< [0, 1] share of the newest scan in what is promised
-constexpr double kBelieved = 0.5;       //!< [0, 1] the least, of a place that the newest scan shows: see is_sure()
+constexpr double kBelieved = 0.8;       //!< [0, 1] the least, of a place that the newest scan shows: see is_sure()
+constexpr double kOfLately = 0.5;       //!< [-] power of what the last scans say on average
 constexpr double kWayOfOneMotion = 1, kTurnOfOneMotion = 1;  //!< [m], [rad] whose errors are one, beyond them others
 constexpr double kBetweenChecks = 0.5, kLongestCheck = 3;  //!< [s, m, rad] between two poses that are compared with it
 }  // namespace
@@ -110,12 +111,15 @@ void Tracker::State::check_odometry(bool is_confirmed)
 
 // Answers.
 
-/// Returns whether the robot is at the most probable place. The newest scan alone does not show it, while what all
-/// scans say is against it: among people or changed walls, single scans may show any of several places that are alike.
+/// Returns whether the robot is at the most probable place. The newest scan alone does not show it, while what is
+/// believed and the last scans on average are against it: among people or changed walls, single scans may show any of
+/// several places that are alike.
 bool Tracker::State::is_sure() const
 {
-	return !tracks.empty() && tracks.front().probability > scoring().localized_above &&
-	       tracks.front().believed > kBelieved;
+	if (tracks.empty() || tracks.front().probability <= scoring().localized_above) return false;
+	double all = believed_none;
+	for (const Followed& track : tracks) all += track.believed * std::exp(kOfLately * track.lately);
+	return tracks.front().believed * std::exp(kOfLately * tracks.front().lately) > kBelieved * all;
 }
 
 /// Says what is known of all places.

@@ -19,6 +19,9 @@ constexpr double kSameTime = 1;   //!< [s] scans that are this far apart say the
 constexpr double kAsWell = 0.6;   //!< [-] of what the best place explains: a place with more explains the scan, too
 constexpr double kOfAlike = 0.3;  //!< [-] power of the evidence for a place that explains the scan, too
 
+constexpr double kNewest = 0.1;       //!< [0, 1] share of the newest scan in averages of the last ones
+constexpr double kLeastLately = -30;  //!< [nat] the least that a scan counts there
+
 constexpr double kHeldBelow = 0.5;         //!< [-] share of the promised returns with which a scan corrects a pose
 constexpr double kNotNegligible = 1e-4;    //!< [0, 1] probability of a place that is followed
 constexpr std::size_t kMostFollowed = 20;  //!< [-] places
@@ -173,6 +176,7 @@ void Tracker::State::weigh_tracks(const Told& told, double shown)
 	{
 		tracks[i].believed = belief.tracks[i];
 		tracks[i].probability = now.tracks[i];
+		tracks[i].lately += kNewest * (std::max(told.evidence[i], kLeastLately) - tracks[i].lately);
 	}
 	believed_none = belief.none;
 	none = now.none;
