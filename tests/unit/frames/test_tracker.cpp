@@ -212,6 +212,23 @@ TEST_F(TrackerOnTwinRooms, ManyScansTellNoMoreOfThePoseThanOne)
 	for (int i = 0; i < 3; i++) EXPECT_GT(told.best().covariance(i, i), 0.9 * alone->covariance(i, i)) << i;
 }
 
+TEST_F(TrackerOnTwinRooms, TellsHowFarScansDisagreeAboutThePose)
+{
+	constexpr double kOff = 0.04;  // [m] to each side
+	find();
+	const TPose2D robot = into_left_room().back();
+	Localization told;
+	for (int i = 0; i < 40; i++)
+	{
+		TPose2D shown = robot;
+		shown.x += i % 2 == 0 ? kOff : -kOff;
+		told = add(robot, scan_at(shown), {1, true});
+		EXPECT_EQ(told.status, Status::kLocalized) << i;
+	}
+	EXPECT_GT(std::sqrt(told.best().covariance(0, 0)), kOff);
+	EXPECT_LT(std::sqrt(told.best().covariance(1, 1)), kOff);
+}
+
 /// In one of the two rooms a pillar is gone from the map.
 TEST_F(TrackerOnTwinRooms, IsSureOnceManyScansTellPlacesApartButNotByOne)
 {

@@ -51,7 +51,7 @@ PoseDensity Tracker::State::predicted(const Followed& track) const
 }
 
 /// Returns a place as it is told. Scans share the errors of the map, so that many of them tell no more of the pose than
-/// one does.
+/// one does; and they may err by more than one tells, as far as their poses disagree.
 Hypothesis Tracker::State::shown(const Followed& track) const
 {
 	Hypothesis now = track.fix;

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What a Tracker believes of the places that it follows.
 #include <mrpt/core/bits_math.h>
+#include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +22,10 @@ constexpr double kOfAlike = 0.3;  //!< [-] power of the evidence for a place tha
 
 constexpr double kNewest = 0.1;       //!< [0, 1] share of the newest scan in averages of the last ones
 constexpr double kLeastLately = -30;  //!< [nat] the least that a scan counts there
+
+// Poses by scans of the same surfaces err together, so that they differ from each other by a part of their errors only.
+constexpr double kSameError = 0.75;                      //!< [0, 1] correlation of the errors of two scans in a row
+constexpr double kOfMoves = 1 / (2 * (1 - kSameError));  //!< [-] variance of an error, by the square of a move
 
 constexpr double kHeldBelow = 0.5;         //!< [-] share of the promised returns with which a scan corrects a pose
 constexpr double kNotNegligible = 1e-4;    //!< [0, 1] probability of a place that is followed
@@ -52,6 +57,16 @@ std::vector<std::vector<Hypothesis>> found_at(
 	for (std::size_t i = 0; i < expected.size(); i++)
 		if (look.near[i]) found[i] = *look.near[i];
 	return found;
+}
+
+/// Takes in that a scan moved the pose of a place from where it was predicted. A motion that nobody measured says
+/// nothing.
+void take_move(Followed& track, const mrpt::poses::CPose2D& predicted, const mrpt::poses::CPose2D& seen)
+{
+	if (track.since.unmeasured > 0) return;
+	const Eigen::Vector3d move(
+	    seen.x() - predicted.x(), seen.y() - predicted.y(), mrpt::math::wrapToPi(seen.phi() - predicted.phi()));
+	track.moves = Eigen::Matrix3d((1 - kNewest) * track.moves.asEigen() + kNewest * move * move.transpose());
 }
 
 /// Returns the share [0, 1] of one place in all those at which the robot may be by a predicted density.
@@ -95,7 +110,9 @@ Told Tracker::State::follow(const Look& look, const std::vector<PlaceDensity>& e
 		track.believed *= share_of_place(expected[i].pose);
 		track.fix.pose = fit.pose.mean;
 		track.fix.covariance = fit.pose.cov;
-		track.of_map = fit.measured - fit.pose.cov;
+		take_move(track, expected[i].pose.mean, fit.pose.mean);
+		track.of_map =
+		    Eigen::Matrix3d(fit.measured.asEigen() - fit.pose.cov.asEigen() + kOfMoves * track.moves.asEigen());
 		track.fix.explained = fit.explained;
 		track.since = {};
 		track.is_seen = true;

@@ -33,6 +33,7 @@ struct Followed
 	double believed = 0;                   //!< [0, 1] probability by all scans but for what only the newest one says
 	double probability = 0;                //!< [0, 1] with that
 	double lately = 0;                     //!< [nat] evidence of the last scans, on average
+	mrpt::math::CMatrixDouble33 moves{};   //!< (x, y, phi), mean square by which the last scans moved the pose
 	mrpt::math::CMatrixDouble33 of_map{};  //!< of the pose, (x, y, phi), beyond that of `fix`: see shown()
 	bool is_checked = false;               //!< whether the odometry was compared with its pose last
 
