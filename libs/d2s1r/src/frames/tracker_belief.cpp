@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "answer/distinct_poses.h"
@@ -45,17 +46,28 @@ std::vector<Hypothesis> within_reach(
 	return places;
 }
 
-/// Returns what a look shows at each place that is followed: near it or, where the place is too uncertain for that, in
-/// the whole map.
+/// Returns what a look shows at each place that is followed: near it and, if the whole map was searched, wherever a
+/// robot at this place may be. A pose may be off by more than it tells, where a wall has changed; what a look near it
+/// does not reach, the search finds.
 std::vector<std::vector<Hypothesis>> found_at(
     const Look& look, const std::vector<PlaceDensity>& expected, const WindowTuning& tuning)
 {
+	const std::vector<Hypothesis>& all = look.answer.hypotheses;
 	std::vector<std::vector<Hypothesis>> found(expected.size());
 	const auto is_looked_at = [](const auto& near) { return near.has_value(); };
 	if (look.is_whole && !std::all_of(look.near.begin(), look.near.end(), is_looked_at))
-		found = shared_out(look.answer.hypotheses, expected, tuning);
+		found = shared_out(all, expected, tuning);
 	for (std::size_t i = 0; i < expected.size(); i++)
-		if (look.near[i]) found[i] = *look.near[i];
+	{
+		if (!look.near[i]) continue;
+		found[i] = *look.near[i];
+		const auto is_there = [&](const Hypothesis& place)
+		{
+			return place.map == expected[i].map &&
+			       are_near(place.pose.asTPose(), expected[i].pose.mean.asTPose(), kPlaceDistance, kPlaceYaw);
+		};
+		if (look.is_whole) std::copy_if(all.begin(), all.end(), std::back_inserter(found[i]), is_there);
+	}
 	return found;
 }
 
