@@ -305,6 +305,15 @@ TEST_F(AppCalibration, FewScansNarrowViewsAndRoughOdometry)
 	}
 }
 
+TEST_F(AppCalibration, RoughWheelsOfARobotThatTurnsFastAreNotAbsurd)
+{
+	ToldDrive turned(1.92023);
+	turned.drive.seed = 3228;
+	turned.drive.odometry_error = 0.15;
+	turned.drive.truth.laser.phi = 90 * kDegree;
+	expect_right("turned by 90 deg", turned);
+}
+
 TEST_F(AppCalibration, OfTwoMotionsAClearOneCountsAgainstOneThatSaysLittle)
 {
 	ToldDrive turned(1.636925, 8);  // three of its scans are found

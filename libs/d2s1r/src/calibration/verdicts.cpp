@@ -77,11 +77,21 @@ Residuals residuals_of(Problem& problem, const State& state)
 Wheels wheels_of(const Problem& problem, const State& state, const Residuals& left)
 {
 	constexpr double kMostWay = 0.2, kMostTurn = 5 * kDegree;  // [m], [rad] medians of motions that wheels measured
-	constexpr double kScale = 0.1, kMostNoise = 2;             // [-], [-] of Noise; all chosen by hand
+	constexpr double kScale = 0.1, kMostNoise = 2, kOfMotion = 0.15;  // [-], [-] of Noise, [-]; all chosen by hand
+	std::vector<double> ways, turns;
+	for (std::size_t k = 0; k + 1 < problem.scans(); k++)
+	{
+		if (!problem.is_motion(k)) continue;
+		const mrpt::math::TPose2D seen = state.lasers[k + 1] - state.lasers[k];
+		ways.push_back(std::hypot(seen.x, seen.y));
+		turns.push_back(std::abs(mrpt::math::wrapToPi(seen.phi)));
+	}
+	const double most_way = std::max(kMostWay, kOfMotion * median_of(ways));
+	const double most_turn = std::max(kMostTurn, kOfMotion * median_of(turns));
 	const double noise = std::max(problem.noise.way, problem.noise.turn);
 	return {
 	    std::abs(state.reading.way_scale / problem.told().way_scale - 1) > kScale ||
 	        std::abs(state.reading.turn_scale - 1) > kScale,
-	    noise > kMostNoise, noise > 2 * kMostNoise || left.way > kMostWay || left.turn > kMostTurn};
+	    noise > kMostNoise, noise > 2 * kMostNoise || left.way > most_way || left.turn > most_turn};
 }
 }  // namespace d2s1r::calibration
