@@ -31,14 +31,14 @@ def interval(frames):
     return share_of(f.right for f in frames)
 
 
-def share_of(*drives):
+def share_of(*drives, digits=0):
     """The share of flags that are true [%], and in brackets its 95 % interval: flags of each drive, in the order of the scans."""
     drives = [list(flags) for flags in drives]
     count = sum(map(len, drives))
     if count == 0:
         return "-"
     low, high = intervals.share_interval(drives)
-    return f"{100 * sum(map(sum, drives)) / count:.1f} ({low:.0f}-{high:.0f})"
+    return f"{100 * sum(map(sum, drives)) / count:.1f} ({low:.{digits}f}-{high:.{digits}f})"
 
 
 def success_cell(frames):
@@ -238,14 +238,18 @@ def confidences(plain):
 def strangers(results):
     pairs = {(job.map_site.name, job.site.name): frames for job, frames in results.items() if job.map_site}
     told = {pair: [frame.status == "localized" for frame in frames] for pair, frames in pairs.items()}
+    in_map = [[frame.status == "localized" for frame in frames if frame.in_map] for frames in pairs.values()]
+
+    def counted(drives):
+        return f"{sum(map(sum, drives))} of {sum(map(len, drives)):,}, {share_of(*drives, digits=1)}"
     rows = []
     for name in sorted({name for name, _ in told}):
         others = {other: flags for (map_name, other), flags in told.items() if map_name == name}
         most = max(others, key=lambda other: measures.mean(map(float, others[other])))
-        rows.append([name, f"{sum(map(len, others.values())):,}", share_of(*others.values()), f"{share_of(others[most])} of {most}"])
+        rows.append([name, f"{sum(map(len, others.values())):,}", share_of(*others.values(), digits=1), f"{share_of(others[most])} of {most}"])
     return table("Scans of another site", "[%] Share of `test` scans of all other sites in this table that get the status `localized`, all of "
                  "them wrongly, in the map of the site in the row, in brackets the 95 % interval; and that of the site of which it is most. Over all "
-                 f"pairs: {sum(map(sum, told.values()))} of {sum(map(len, told.values())):,}, {share_of(*told.values())}.",
+                 f"pairs: {counted(told.values())}; of the scans whose place is in the map of their own site: {counted(in_map)}.",
                  ["map", "scans", "localized", "most"], rows)
 
 

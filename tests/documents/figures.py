@@ -8,6 +8,7 @@ entry outlives its figures. A figure of README or doc/ that looks measured (%, s
 table that headline.py writes, or be named in ORIGINS. --list prints all of them with where they come from.
 """
 import configparser
+import math
 import pathlib
 import re
 import sys
@@ -79,7 +80,7 @@ def other_sites(sources):
     rows = sources.table("experiments/results/README.md", "## Scans of another site")
     most = [number(cells[1]) for (site, _), cells in rows.items() if site not in ("map", "---")]
     over_all = re.search(r"Over all pairs: .*?, ([\d.]+) \(", sources.text("experiments/results/README.md"))
-    return [number(over_all.group(1)), round(max(most))]
+    return [number(over_all.group(1)), math.ceil(max(most))]
 
 
 def windows(sources):

@@ -163,7 +163,8 @@ TEST_F(Reproduce, WritesTablesAndFigures)
 	      "| olin_mac_923 | 12 | - | **100.0 (76-100)** | **100.0 (76-100)** | 100.0 (76-100) | 100.0 (76-100) |",
 	      "| mit_killian test | 100.0 (44-100) |",
 	      "## A narrow sensor that turns in place (Section III-C)",
-	      "| intel | 12 | 100.0 (76-100) | 100.0 (61-100) of mit_killian |"})
+	      "whose place is in the map of their own site: 28 of 28, 100.0 (87.9-100.0).",
+	      "| intel | 12 | 100.0 (75.8-100.0) | 100.0 (61-100) of mit_killian |"})
 		EXPECT_NE(report.find(part), std::string::npos) << part << " is not in\n" << report;
 	for (const char* figure : {"errors", "success_maps", "reliability", "field_of_view", "clutter"})
 	{
