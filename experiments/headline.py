@@ -112,8 +112,18 @@ def worst(results):
             found[site] = frames
     least = min(found, key=lambda site: measures.success(found[site]))
     doubtful = min(found, key=lambda site: measures.precision(found[site]))
+    sure = [frame.right for frame in found[doubtful] if frame.status == "localized"]
     return (f"The worst site by success is {least} ({measures.success(found[least]):.1f} %), by right ones among the localized "
-            f"{doubtful} ({measures.precision(found[doubtful]):.1f} %).")
+            f"{doubtful} ({sum(sure)} of {len(sure)}).")
+
+
+def left_out(rows, folder):
+    """A sentence on the scans whose truth the log itself contradicts."""
+    doubtful = {name: sum(doubtful for _, doubtful in sites.Site(name, folder / name).knowledge(SET).values())
+                for row in rows if not row.other for name in row.sites}
+    most = sorted(doubtful, key=doubtful.get, reverse=True)[:3]
+    return (f"Left out are {sum(doubtful.values())} scans whose truth the log contradicts: "
+            f"{', '.join(f'{doubtful[name]} of {name}' for name in most)}, fewer of others.")
 
 
 def machine():
@@ -166,7 +176,7 @@ def main():
         print(f"headline.py: {folder} holds no {name}: its row is left out", file=sys.stderr)
     results = {row: [Run(sites.Site(site, folder / site), row.other and sites.Site(row.other, folder / row.other)).frames(
         program, arguments.frames) for site in row.sites] for row in rows}
-    lines = [*table(COLUMNS, [table_row(row, drives) for row, drives in results.items()]), "", worst(results), "",
+    lines = [*table(COLUMNS, [table_row(row, drives) for row, drives in results.items()]), "", worst(results), left_out(rows, folder), "",
              f"Measured by `experiments/headline.py` at commit {runs.commit()}.", "", fingerprint.stamp(arguments.build)]
     times = times_table(results, program, load) if arguments.times else []
     print("\n".join([*lines, "", *times]))

@@ -205,7 +205,7 @@ TEST_F(Compare, TruthMayBeATopicOrAFrameOfTheLog)
 TEST_F(Compare, IntervalsHoldTheTruthOfDrivesWhoseFailuresComeInRuns)
 {
 	const ProcessResult told =
-	    run_program({kPython, "-B", std::string(D2S1R_SOURCE_DIR) + "/experiments/intervals.py", "--series", "120"});
+	    run_program({kPython, "-B", std::string(D2S1R_SOURCE_DIR) + "/experiments/intervals.py", "--series", "20"});
 	EXPECT_EQ(told.status, 0) << told.out << told.err;
 	EXPECT_NE(told.out.find("Over all: 9"), std::string::npos) << told.out;
 }
