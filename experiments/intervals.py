@@ -8,7 +8,8 @@ one of two at each end, since each is too narrow where the other one is not:
 
 - Groups begin and end as a chain of Markov does whose two probabilities are known as well as the transitions that were seen
   tell (Beta distributions, prior of Jeffreys). This gives the distribution of the share of scans in groups; of the scans in
-  groups, as many fail as did. Without any failure the length of groups is not known, and any end of them is as likely.
+  groups, as many fail as did. Without any failure the length of groups is not known, and any end of them is as likely; where one
+  method is never better than another one, groups are as long as those in which it is worse.
 - A drive is cut into blocks, each from the first failure of a group to the next group. A bootstrap that draws whole blocks has a
   variance that can be written down. It gives the number of independent scans that would be worth as much, and this the interval
   of Wilson, with a quantile of Student's t for the number of groups.
@@ -106,14 +107,23 @@ def groups_in(failures):
     return flags
 
 
-def interval_of_groups(drives):
-    """Interval of the share [0, 1] of failures whose groups begin and end by chance. \p drives: flags of failure for each"""
-    groups = [groups_in(drive) for drive in drives]
-    transitions = np.zeros((2, 2))
+def transitions_of(groups):
+    """[scans] by whether they lie in a group, and whether the next one does"""
+    counts = np.zeros((2, 2))
     for flags in groups:
-        np.add.at(transitions, (np.array(flags[:-1], int), np.array(flags[1:], int)), 1)
+        np.add.at(counts, (np.array(flags[:-1], int), np.array(flags[1:], int)), 1)
+    return counts
+
+
+def interval_of_groups(drives, likes):
+    """Interval of the share [0, 1] of failures whose groups begin and end by chance. \p drives: flags of failure for each
+    \p likes: flags whose groups are as long as those of failures would be if there were any"""
+    groups = [groups_in(drive) for drive in drives]
+    transitions = transitions_of(groups)
     failures, inside = sum(map(sum, drives)), sum(map(sum, groups))
-    prior = 0.5 if failures else 1  # of the end of a group
+    if not failures:
+        transitions[1] = transitions_of([groups_in(drive) for drive in likes])[1]
+    prior = 0.5 if transitions[1].any() else 1  # of the end of a group
     ends = betaincinv(transitions[1, 0] + prior, transitions[1, 1] + prior, (np.arange(200) + 0.5) / 200)
 
     def probability(share):  # that the true share of scans in groups is less
@@ -143,15 +153,16 @@ def interval_of_blocks(drives):
     return wilson(share, count * count * share * (1 - share) / variance if variance else count, student(4 * groups))
 
 
-def share_interval(drives):
-    """95 % interval [%] of the share of true flags. \p drives: a list of flags for each drive, in the order of the scans"""
+def share_interval(drives, likes=()):
+    """95 % interval [%] of the share of true flags. \p drives: a list of flags for each drive, in the order of the scans
+    \p likes: see interval_of_groups()"""
     drives = [[bool(flag) for flag in drive] for drive in drives if drive]
     count, right = sum(map(len, drives)), sum(map(sum, drives))
     if not count:
         return math.nan, math.nan
     rare = 2 * right > count  # failures are rarer than successes
     failures = [[flag != rare for flag in drive] for drive in drives]
-    (low_a, high_a), (low_b, high_b) = interval_of_groups(failures), interval_of_blocks(failures)
+    (low_a, high_a), (low_b, high_b) = interval_of_groups(failures, likes), interval_of_blocks(failures)
     low, high = min(low_a, low_b), max(high_a, high_b)
     return (100 * (1 - high), 100 * (1 - low)) if rare else (100 * low, 100 * high)
 
@@ -175,7 +186,7 @@ def difference_interval(drives):
     if not count:
         return (math.nan,) * 3
     more, less = ([[value == sign for value in drive] for drive in drives] for sign in (1, -1))
-    (low_more, high_more), (low_less, high_less) = share_interval(more), share_interval(less)
+    (low_more, high_more), (low_less, high_less) = share_interval(more, less), share_interval(less, more)
     of_more, of_less = (100 * sum(map(sum, flags)) / count for flags in (more, less))
     mean = of_more - of_less
     return (mean, max(-100, mean - math.hypot(of_more - low_more, high_less - of_less)),
