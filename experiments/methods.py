@@ -32,22 +32,22 @@ METHODS = {
         "published method, k = 200", ("d2s1r",), "Table II but for k", "tuned here: more candidates, at 20 times the price",
         "d2s1r", config="paper", candidates=200),
     "exhaustive": Method(
-        "exhaustive likelihood field", ("probabilistic-robotics",), "grid of 0.15 m and 5 deg; 0.95 and 0.05, 0.2 m, up to 2 m, 30 beams",
+        "exhaustive likelihood field", ("probabilistic-robotics", "amcl"), "grid of 0.15 m and 5 deg; 0.95 and 0.05, 0.2 m, up to 2 m, 30 beams",
         "Section 8.2 of the book; the mixture of ROS's AMCL", "exhaustive"),
     "branch-and-bound": Method(
         "branch and bound", ("cartographer",), "depth 7, voxels of at most 0.9 m, 100 points, 50 m, the whole map as window, no least score",
         "Cartographer's defaults", "branch-and-bound"),
     "filter": Method(
-        "particle filter after one scan", ("kld-sampling",), "100 to 5,000 particles, error 0.01, quantile 0.99, 30 beams; uniform start",
+        "particle filter after one scan", ("kld-sampling", "probabilistic-robotics", "amcl"), "100 to 5,000 particles, error 0.01, quantile 0.99, 30 beams; uniform start",
         "defaults of ROS's AMCL", "filter"),
     "bag-of-words": Method(
-        "FLIRT, bag of words", ("flirt", "video-google"), FLIRT + "; 100 words of 1,000 descriptors, 50 keyframes are aligned",
+        "FLIRT, bag of words", ("flirt", "video-google", "flirt-phrases"), FLIRT + "; 100 words of 1,000 descriptors, 50 keyframes are aligned",
         "FLIRTlib and GFLIP; 100 words: our choice", "bag-of-words", keyframes=True),
     "phrases": Method(
-        "geometrical FLIRT phrases", ("flirt-phrases",), FLIRT + "; phrases of 2 words, 50 keyframes", "FLIRTlib and GFLIP", "phrases",
+        "geometrical FLIRT phrases", ("flirt", "flirt-phrases"), FLIRT + "; phrases of 2 words, 50 keyframes", "FLIRTlib and GFLIP", "phrases",
         keyframes=True),
     "glare": Method(
-        "GLARE", ("glare",), FLIRT + "; 8 directions and 50 distances of 0.2 m, the best of 8 rotations, 50 keyframes",
+        "GLARE", ("flirt", "glare", "glarot"), FLIRT + "; 8 directions and 50 distances of 0.2 m, the best of 8 rotations, 50 keyframes",
         "the public code of GLAROT's authors", "glare", keyframes=True),
 }
 PUBLISHED = ("published-10", "published-200")
@@ -67,7 +67,7 @@ PEERS = {
     "iris_lama": Peer("iris_lama, Loc2D", ("iris-lama",), "3,000 poses a round, at most 10 rounds, residual 0.15", "defaults of Loc2D::Options"),
     "relocalization_toolbox": Peer("relocalization_toolbox", ("relocalization-toolbox",), "config_2d.yaml; sure from a score of 0.85", "as shipped",
                                    doubts=True),
-    "cbgl": Peer("CBGL with PL-ICP", ("cbgl",), "params_cbgl.yaml and params_csm.yaml; scans as of a laser that hangs upside down",
+    "cbgl": Peer("CBGL with PL-ICP", ("cbgl", "pl-icp"), "params_cbgl.yaml and params_csm.yaml; scans as of a laser that hangs upside down",
                  "as shipped; the laser: where the sign of the yaw is right"),
     "cartographer": Peer("Cartographer's matcher", ("cartographer",), "pose_graph.lua and trajectory_builder_2d.lua; sure from a score of 0.6",
                          "as shipped", doubts=True),
