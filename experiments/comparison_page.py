@@ -30,7 +30,8 @@ OF_TIME = ("ms_median", "ms_mean", "preparation_s")
 HOW = """In brackets: 95 % intervals. Scans of a drive succeed and fail together, so that whole groups of failures are drawn, not
 scans; `intervals.py` says how, and shows how often such intervals hold the truth. Better by: how much more [percentage points]
 of the method's own scans d2s1r gets right, with the interval of the paired differences. Precision: right answers among those
-that the method is sure of (status `localized`); recall: these among all scans. Errors are of the successes.
+that the method is sure of (status `localized`); recall: these among all scans. Errors are of the successes. MB:
+memory, the peak of the program (VmHWM).
 """
 TIMES = """Times are processor times of one thread; memory is the peak of the program (VmHWM); the preparation is what comes before
 the first scan.
@@ -167,9 +168,10 @@ def data(comparison, results):
         case, facts = job.site, result.value.facts
         doubtful = sum(doubtful for _, doubtful in case.knowledge("").values())
         rows.append([case.name, case.map_file.name, case.log.name, case.truth_of.name, str(facts["scans"]), str(doubtful),
-                     f"{facts['field_of_view']:.0f}°", f"{facts['max_range']:g} m, {facts['longest']:g} m"])
+                     f"{facts['field_of_view']:.0f}°", f"{facts['max_range']:g} m; {facts['longest']:g} m"])
     return tables.table("Data", "Scans whose truth the log itself contradicts are left out, as far as the site says so.",
-                        ["site", "map", "log", "truth", "scans", "of these left out", "field of view", "range: of the laser, longest return"],
+                        ["site", "map", "log", "truth", "scans", "of these left out", "field of view",
+                         "range of the laser; median over scans of the longest return"],
                         rows)
 
 

@@ -78,7 +78,8 @@ TEST_F(Compare, AFolderOfOnesOwnGetsAPageWithTablesPicturesAndReferences)
 	      "d2s1r against the best of the published method (published method, k = 10)", "## Settings",
 	      "| home | kitchen.yaml | drive.rawlog | drive_truth.txt | 6 |",
 	      "| home | GLARE | needs the scans that built the map", "](success.png)", "](reliability.png)",
-	      "](home_map.png)"})
+	      "](home_map.png)", "MB:\nmemory, the peak of the program", "median over scans of the longest return |",
+	      "the best on at most 100 of these scans"})
 		EXPECT_NE(page.find(part), std::string::npos) << part << " is not in\n" << page;
 	const CsvTable frames(
 	    path("out/frames.csv"),
