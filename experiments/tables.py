@@ -38,7 +38,13 @@ def share_of(*drives, digits=0):
     if count == 0:
         return "-"
     low, high = intervals.share_interval(drives)
-    return f"{100 * sum(map(sum, drives)) / count:.1f} ({low:.{digits}f}-{high:.{digits}f})"
+    return f"{100 * sum(map(sum, drives)) / count:.1f} ({end(low, digits)}-{end(high, digits)})"
+
+
+def end(percentage, digits):
+    """Of an interval; with a decimal below 1 and above 99 %, for 99.6 is not 100."""
+    whole = round(percentage, 6)
+    return f"{percentage:.{max(digits, 1) if 0 < whole < 1 or 99 < whole < 100 else digits}f}"
 
 
 def success_cell(frames):
@@ -216,9 +222,10 @@ def reliability(plain):
     of_default = [(site, scans, frames) for (site, scans, config), frames in sorted(plain.items()) if config == "default"]
     sets = [(f"{site} {scans}", frames) for site, scans, frames in of_default if scans == "test"]
     sets.append(("all simulated", sum((frames for _, scans, frames in of_default if scans in sites.SIMULATED), [])))
-    rows = [[name, str(len(frames)), number(measures.calibration_error(frames), 3)] for name, frames in sets if frames]
+    rows = [[name, str(sum(map(len, measures.confidence_bins(frames)))), number(measures.calibration_error(frames), 3)]
+            for name, frames in sets if frames]
     return table("Reliability", "Expected calibration error of the confidence, ten bins, over the frames with a pose.",
-                 ["set", "frames", "error"], rows)
+                 ["set", "frames with a pose", "error"], rows)
 
 
 def confidences(plain):

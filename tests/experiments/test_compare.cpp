@@ -156,6 +156,19 @@ TEST_F(Compare, ASiteOfOneScanMayHaveAnyNameAndATurnedMap)
 	EXPECT_FALSE(fs::exists(path("out/runs")));
 }
 
+TEST_F(Compare, TablesCountPosesAndDoNotRoundToAllOrNothing)
+{
+	EXPECT_EQ(
+	    printed("import tables\nprint(*(tables.end(value, 0) for value in (0, 0.6, 1.2, 98.9, 99.6, 100)))"),
+	    "0 0.6 1 99 99.6 100\n");
+	EXPECT_NE(
+	    printed("import math, runs, tables\n"
+	            "def frame(error): return runs.Frame('localized', True, 0.95, (0, 0, 0), None, error, 0, {})\n"
+	            "print(tables.reliability({('home', 'test', 'default'): [frame(0.1)] * 3 + [frame(math.inf)]}))")
+	        .find("| home test | 3 | 0.050 |"),
+	    std::string::npos);
+}
+
 TEST_F(Compare, TheHeadlineNamesASiteThatIsNotWhole)
 {
 	fs::create_directories(path("sites/intel"));
