@@ -40,9 +40,6 @@ ROUNDS = 2  # [-] of searching with weights and learning from what was found
 # How much a frame of each kind counts. Recorded scans count most, drawn floors least, for they are drawn after what we
 # think of buildings; scans of somewhere else more than others, for a wrong pose is worse than none.
 COUNTS = {"real": 4.0, "simulated": 1.0, "map": 1.0, "sensor": 1.0, "drawn": 0.2, "stranger": 2.0}
-# Sites that nothing is learned from, so that they stay a test. Their truth is a registration of the drive to the map,
-# good to 0.1 m and 1-2 deg, and some headings of mines are 5-7 deg off.
-TEST_SITES = ("mines_runs", "mines_other_day", "olin_mac_923", "olin_mac_final")
 PULL = 20.0  # [frame] strength with which weights stay where they started
 DIGITS = 3  # [-] of the numbers written
 
@@ -97,7 +94,7 @@ def learn_in_rounds(runner, all_sets, start, keys, pull):
         ini = to_ini(weights, keys)
         folders = runner.run_all(all_sets, lambda _: ini, True, f"round {number}")
         places = fitting.load_places([folder / "terms.csv.gz" for folder in folders], [COUNTS[s.kind] for s in all_sets])
-        weights = fitting.learn(of_other_sites(places, all_sets, TEST_SITES), start, pull)
+        weights = fitting.learn(of_other_sites(places, all_sets, sites.LOOKED_AT), start, pull)
     return weights, places
 
 
@@ -142,7 +139,7 @@ def sites_table(all_sets, frames, frames_left_out):
                 rows.append([site, title, str(len(both[0]))] + [
                     running.percent(measure(part)) for measure in (measures.success, measures.precision) for part in both])
     return tables.table("Every site left out in turn", "[%] Success and precision of `localized` with the weights learned from "
-                        "all other data than the test sites " + ", ".join(TEST_SITES) + ", and with those learned without the "
+                        "all other data than the test sites " + ", ".join(sites.LOOKED_AT) + ", and with those learned without the "
                         "site, too.",
                         ["site", "scans and maps", "frames", "success", "left out", "precision", "left out"], rows)
 
@@ -162,8 +159,8 @@ def learn_from_all(arguments, runner):
     ini = to_ini(weights, keys)
     (arguments.output / "learned.ini").write_text(ini)
     frames = [running.read_frames(f) for f in runner.run_all(all_sets, lambda _: ini, False, "learned")]
-    without = {site.name: to_ini(fitting.learn(of_other_sites(places, all_sets, (*TEST_SITES, site.name)), start, PULL), keys)
-               for site in found if site.name not in TEST_SITES}
+    without = {site.name: to_ini(fitting.learn(of_other_sites(places, all_sets, (*sites.LOOKED_AT, site.name)), start, PULL), keys)
+               for site in found if site.name not in sites.LOOKED_AT}
     frames_left_out = [running.read_frames(f) for f in runner.run_all(
         all_sets, lambda s: without.get(s.groups[0], ini), False, "left out")]
     kinds = {"recorded scans": ("real",), "simulated and drawn": ("simulated", "drawn"), "worse maps": ("map",),

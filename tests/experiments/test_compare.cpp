@@ -81,6 +81,7 @@ TEST_F(Compare, AFolderOfOnesOwnGetsAPageWithTablesPicturesAndReferences)
 	      "](home_map.png)", "MB:\nmemory, the peak of the program", "median over scans of the longest return |",
 	      "the best on at most 100 of these scans"})
 		EXPECT_NE(page.find(part), std::string::npos) << part << " is not in\n" << page;
+	EXPECT_EQ(page.find("The weights of d2s1r were learned"), std::string::npos) << "nobody knows of this site";
 	const CsvTable frames(
 	    path("out/frames.csv"),
 	    "site,method,timestamp,in_map,status,x,y,phi,confidence,true_x,true_y,true_phi,right,ms");
@@ -154,6 +155,37 @@ TEST_F(Compare, ASiteOfOneScanMayHaveAnyNameAndATurnedMap)
 		EXPECT_NE(page.find(part), std::string::npos) << part << " is not in\n" << page;
 	EXPECT_TRUE(fs::exists(path("out/my_flat_1_map.png")));
 	EXPECT_FALSE(fs::exists(path("out/runs")));
+}
+
+TEST_F(Compare, APageSaysWhatFlattersAMethodOnItsSites)
+{
+	const auto notes = [&](const std::string& names, int field_of_view, const std::string& log)
+	{
+		return printed(
+		    "import comparison_page, pathlib\nfrom types import SimpleNamespace as Made\nnames = '" + names +
+		    "'.split()\nprint(comparison_page.notes(Made(cases={name: Made(log=pathlib.Path('" + log +
+		    ".rawlog')) for name in names}, answers={(name, 'published-10'): Made(facts={'field_of_view': " +
+		    std::to_string(field_of_view) + "}) for name in names})), end='')");
+	};
+	const std::string learned = "The weights of d2s1r were learned on other sets of the drives intel, fr079,",
+	                  narrow = "The published method needs full circles. On ", refined = " was refined by d2s1r itself",
+	                  registered = " is a registration, good to 0.1 m";
+	const auto expect = [&](const std::string& text, const Words& parts, const Words& others)
+	{
+		for (const std::string& part : parts)
+			EXPECT_NE(text.find(part), std::string::npos) << part << " not in " << text;
+		for (const std::string& other : others)
+			EXPECT_EQ(text.find(other), std::string::npos) << other << " in " << text;
+	};
+	EXPECT_EQ(notes("home", 359, "drive"), "");
+	expect(notes("home", 180, "drive"), {narrow + "home,"}, {learned, refined, registered});
+	expect(
+	    notes("intel aces", 180, "test"), {learned, narrow + "intel and aces,", "intel and aces" + refined},
+	    {registered});
+	expect(notes("olin_mac_923", 359, "test"), {learned, "mines and olin", registered}, {narrow, refined, "headings"});
+	expect(notes("mines_runs home", 240, "test"), {"of mines_runs" + registered, "headings of mines_runs"}, {refined});
+	expect(notes("intel", 360, "sim360_on"), {learned}, {narrow, refined, registered});
+	EXPECT_EQ(printed("import compare, methods\nprint(f'at most {compare.TRIED} of' in methods.READINGS)"), "True\n");
 }
 
 TEST_F(Compare, TablesCountPosesAndDoNotRoundToAllOrNothing)
