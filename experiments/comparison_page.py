@@ -201,6 +201,22 @@ def notes(comparison):
     return "\n".join(["", *texts, ""]) if texts else ""
 
 
+def commit_text(commit):
+    return f"{commit} (with changes that were not committed)" if commit.endswith("-dirty") else commit
+
+
+def commits_of(results):
+    """The commit of d2s1r's answers, and a sentence that names the answers of other commits."""
+    ours = [result.commit for job, result in results.items() if job.method == methods.DEFAULT]
+    commit = max(ours, key=ours.count)
+    others = {}
+    for job, result in results.items():
+        if result.commit != commit:
+            others.setdefault(result.commit, []).append(f"{title_of(job.method)} on {job.site.name}")
+    told = "; ".join(f"{commit_text(other)}: {joined(of)}" for other, of in others.items())
+    return commit_text(commit), f"Of other commits: {told}. " if told else ""
+
+
 def missing(left_out):
     rows = [[site, title_of(method), why] for (site, method), why in left_out.items()]
     return tables.table("Left out", "", ["site", "method", "why"], rows)
@@ -331,10 +347,10 @@ def write(results, left_out, folder, runner, command, options):
                  for site in comparison.cases if not options.no_maps]
     plt.close("all")
     machines = " and ".join(sorted({result.machine for result in results.values()}))
-    commits = " and ".join(sorted({result.commit for result in results.values()}))
+    commit, others = commits_of(results)
     success = f"A success is a best pose within {within:g} m and {YAW}° of the truth, whatever its status."
-    write_latex(rows, folder / "table.tex", options.no_times, f"{command}, commit {commits}. {success}".replace("°", " degrees"))
-    head = (f"# Comparison\n\n`{command}`, commit {commits}, {machines}. {success}\n\n{fingerprint.stamp(runner.build)}\n\n"
+    write_latex(rows, folder / "table.tex", options.no_times, f"{command}, commit {commit}. {others}{success}".replace("°", " degrees"))
+    head = (f"# Comparison\n\n`{command}`, commit {commit}, {machines}. {others}{success}\n\n{fingerprint.stamp(runner.build)}\n\n"
             f"{HOW}{'' if options.no_times else TIMES}{notes(comparison)}")
     parts = [*result_tables(rows, -2 if options.no_times else None), *pictures, data(comparison, results), settings(comparison), missing(left_out)]
     (folder / "README.md").write_text("\n".join([head, *(part for part in parts if part)]))

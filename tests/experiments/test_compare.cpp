@@ -188,6 +188,22 @@ TEST_F(Compare, APageSaysWhatFlattersAMethodOnItsSites)
 	EXPECT_EQ(printed("import compare, methods\nprint(f'at most {compare.TRIED} of' in methods.READINGS)"), "True\n");
 }
 
+TEST_F(Compare, AnswersOfOtherCommitsAreNamed)
+{
+	const auto told = [&](const std::string& peer)
+	{
+		return printed(
+		    "import comparison_page\nfrom types import SimpleNamespace as Made\n"
+		    "class Job:\n    def __init__(self, method): self.method, self.site = method, Made(name='home')\n"
+		    "print(*comparison_page.commits_of({Job('d2s1r'): Made(commit='abc'), Job('cbgl'): Made(commit='" +
+		    peer + "')}), sep='|')");
+	};
+	EXPECT_EQ(told("abc"), "abc|\n");
+	EXPECT_EQ(
+	    told("def-dirty"),
+	    "abc|Of other commits: def-dirty (with changes that were not committed): CBGL with PL-ICP on home. \n");
+}
+
 TEST_F(Compare, TablesCountPosesAndDoNotRoundToAllOrNothing)
 {
 	EXPECT_EQ(
