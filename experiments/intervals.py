@@ -8,8 +8,8 @@ one of two at each end, since each is too narrow where the other one is not:
 
 - Groups begin and end as a chain of Markov does whose two probabilities are known as well as the transitions that were seen
   tell (Beta distributions, prior of Jeffreys). This gives the distribution of the share of scans in groups; of the scans in
-  groups, as many fail as did. Without any failure the length of groups is not known, and any end of them is as likely; where one
-  method is never better than another one, groups are as long as those in which it is worse.
+  groups, as many fail as did. Without any failure the length of groups is not known: half an end of one is taken as seen, by hand.
+  Where one method is never better than another one, groups are as long as those in which it is worse.
 - A drive is cut into blocks, each from the first failure of a group to the next group. A bootstrap that draws whole blocks has a
   variance that can be written down. It gives the number of independent scans that would be worth as much, and this the interval
   of Wilson, with a quantile of Student's t for the number of groups.
@@ -123,8 +123,8 @@ def interval_of_groups(drives, likes):
     failures, inside = sum(map(sum, drives)), sum(map(sum, groups))
     if not failures:
         transitions[1] = transitions_of([groups_in(drive) for drive in likes])[1]
-    prior = 0.5 if transitions[1].any() else 1  # of the end of a group
-    ends = betaincinv(transitions[1, 0] + prior, transitions[1, 1] + prior, (np.arange(200) + 0.5) / 200)
+    unseen = 0 if transitions[1].any() else 0.5  # ends of a group
+    ends = betaincinv(transitions[1, 0] + unseen + 0.5, transitions[1, 1] + 0.5, (np.arange(200) + 0.5) / 200)
 
     def probability(share):  # that the true share of scans in groups is less
         begins = np.clip(ends * share / (1 - share), 0, 1)
