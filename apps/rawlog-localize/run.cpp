@@ -244,7 +244,7 @@ DriveCalibration calibrate_lasers(
 		if (other.label == sensor.label || !command.log.merge_lasers) continue;
 		const DriveCalibration shown = calibrate(other, of_odometry);
 		command.log.overrides.of_others[other.label] = shown.overrides;
-		if (chosen.doubt.why.empty()) chosen.doubt = shown.doubt;
+		chosen.doubt = ros::both(chosen.doubt, shown.doubt);
 	}
 	if (!chosen.doubt.why.empty())
 		console.note(

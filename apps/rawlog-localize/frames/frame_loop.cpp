@@ -270,11 +270,7 @@ class Follower
 		frames_++;
 	}
 
-	void doubt(Localization& result) const
-	{
-		const ros::Doubt doubt = calibration_.doubt();
-		ros::apply(doubt.why.empty() ? approach_.doubt : doubt, result);
-	}
+	void doubt(Localization& result) const { ros::apply(ros::both(calibration_.doubt(), approach_.doubt), result); }
 
 	const Approach& approach_;
 	const FrameSink& sink_;

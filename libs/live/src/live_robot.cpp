@@ -196,8 +196,7 @@ std::string LiveRobot::calibration_description() const
 ros::Doubt LiveRobot::doubt() const
 {
 	ros::Doubt doubt = calibration.doubt();
-	for (const auto& [topic, other] : of_others_)
-		if (doubt.why.empty()) doubt = other.doubt();
+	for (const auto& [topic, other] : of_others_) doubt = ros::both(doubt, other.doubt());
 	return doubt;
 }
 

@@ -25,6 +25,11 @@ void apply(const Doubt& doubt, Localization& answer)
 	answer.note = doubt.why;
 }
 
+Doubt both(const Doubt& a, const Doubt& b)
+{
+	return {a.why.empty() ? b.why : a.why, a.covariance + b.covariance};
+}
+
 Doubt uncertainty_of(const Calibration& shown)
 {
 	const auto deviation = [&](Unknown unknown)
@@ -37,10 +42,6 @@ Doubt uncertainty_of(const Calibration& shown)
 	Doubt doubt;
 	doubt.covariance(0, 0) = doubt.covariance(1, 1) = way * way;
 	doubt.covariance(2, 2) = turn * turn;
-	if (turn > kPlaceYaw || way > kPlaceDistance)  // it may be at several places
-		doubt.why = mrpt::format(
-		    "the drive shows where the laser is on the robot, but only to %.2f m and %.1f deg so far", way,
-		    mrpt::RAD2DEG(turn));
 	return doubt;
 }
 

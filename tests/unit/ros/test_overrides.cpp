@@ -71,9 +71,9 @@ TEST(Doubt, IsByHowWellADriveShowsWhereTheLaserIs)
 	EXPECT_EQ(answer.status, Status::kLocalized);
 	EXPECT_NEAR(std::sqrt(answer.best().covariance(2, 2)), 0.05, 1e-9);
 	EXPECT_NEAR(std::sqrt(answer.best().covariance(0, 0)), 0.5 * 0.05, 1e-9) << "of a laser 0.5 m from the middle";
-	shown.findings[kYaw].deviation = 0.2;
-	apply(uncertainty_of(shown), answer);
-	EXPECT_EQ(answer.status, Status::kAmbiguous);
+	const Doubt doubt = both(uncertainty_of(shown), both({"it is contradicted"}, uncertainty_of(shown)));
+	EXPECT_EQ(doubt.why, "it is contradicted");
+	EXPECT_NEAR(doubt.covariance(2, 2), 2 * 0.05 * 0.05, 1e-9) << "of two lasers";
 }
 }  // namespace
 }  // namespace d2s1r::ros

@@ -15,7 +15,7 @@ namespace d2s1r::ros
 /// Says that a drive contradicts how its laser is read, and does not show what is right.
 struct Doubt
 {
-	std::string why;  //!< empty: there is none
+	std::string why;  //!< no pose counts as localized; empty: they do
 	/// [m^2, rad^2] That poses have beside their own: see calibration::contradiction_of() and uncertainty_of().
 	mrpt::math::CMatrixDouble33 covariance = mrpt::math::CMatrixDouble33::Zero();
 };
@@ -23,6 +23,9 @@ struct Doubt
 /// Lets an answer not be `localized` if there is a doubt, and its covariances cover what the drive contradicts or
 /// hardly shows.
 void apply(const Doubt& doubt, Localization& answer);
+
+/// Returns what two doubts mean together, as those of two lasers.
+Doubt both(const Doubt& a, const Doubt& b);
 
 /// Returns what it means for poses how well a drive shows where the laser is on the robot, if it is not where messages
 /// say.
