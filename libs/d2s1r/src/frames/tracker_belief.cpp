@@ -212,7 +212,7 @@ void Tracker::State::weigh_tracks(const Told& told, double shown)
 }
 
 /// Drops the places that a prior rules out or that hardly count and, of those that have become one, all but the most
-/// probable. The most probable place stays, however improbable it is.
+/// probable. Of the others, the most probable one stays, however improbable it is.
 void Tracker::State::drop_tracks()
 {
 	const auto is_ruled_out = [&](const Followed& track)
@@ -248,7 +248,9 @@ void Tracker::State::believe(const Look& look, const std::vector<PlaceDensity>& 
 	drop_tracks();
 	temperature = look.answer.temperature;
 	since_told = 0;
+	last_explained = 0;
+	if (tracks.empty()) return;
 	const Followed& most = tracks[most_believed()];
-	last_explained = most.is_seen ? most.fix.explained.value_or(0) : 0;
+	if (most.is_seen) last_explained = most.fix.explained.value_or(0);
 }
 }  // namespace d2s1r

@@ -99,11 +99,11 @@ struct Tracker::State
 	std::optional<double> last_time{};  //!< [s] of the last call of add()
 	double since_told = HUGE_VAL;       //!< [s] since the last scan that told something
 	double temperature = 1;             //!< [-] of that scan
-	double last_explained = 0;          //!< [0, 1] share of its returns, at the best place
+	double last_explained = 0;          //!< [0, 1] share of its returns, at the most believed place
 	Travel searched{};                  //!< since the last search of the whole map
 	double since_search = HUGE_VAL;     //!< [s] the same
 	double promised = 0;                //!< [0, 1] explained returns by the scans before at the best place
-	std::map<std::string, ShownSurface> shown_surfaces{};  //!< by map, at the best place
+	std::map<std::string, ShownSurface> shown_surfaces{};  //!< by map, at the most believed place
 
 	Travel checked{};        //!< since the odometry was checked
 	double since_check = 0;  //!< [s]
