@@ -51,7 +51,6 @@ void TrackerProcess::check()
 	if (is_ours() || id_ == 0 || waitpid(id_, &status, WNOHANG) != id_) return;
 	id_ = 0;
 	close(seeds_);
-	if (status == 0) return;
 	const bool is_killed = WIFSIGNALED(status);
 	throw app::UserError(
 	    app::kWrongUse, "--tracker '" + command_ + "'",

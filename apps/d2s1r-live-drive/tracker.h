@@ -23,7 +23,7 @@ class TrackerProcess
 	void start();
 	void kill();
 
-	/// \throws UserError if the command has failed, such as one that is not there
+	/// \throws UserError if the command has ended by itself, such as one that is not there
 	void check();
 
 	/// Returns how many seeds all processes have taken so far.
