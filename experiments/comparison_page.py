@@ -319,10 +319,10 @@ def write_latex(rows, file, no_times, comment):
     file.write_text("\n".join([*lines, r"\hline", r"\end{tabular}", ""]))
 
 
-def write_bibliography(comparison, runner, file):
+def write_bibliography(comparison, runner, commit, file):
     cited = {key for name in comparison.methods for key in kind_of(name).cited}
     text = (pathlib.Path(__file__).parent / "references.bib").read_text()
-    text = text.replace("VERSION", runner.version().splitlines()[0].split()[-1]).replace("COMMIT", runner.commit)
+    text = text.replace("VERSION", runner.version().splitlines()[0].split()[-1]).replace("COMMIT", commit)
     entries = [entry for entry in re.split(r"\n(?=@)", text) if re.match(r"@\w+\{([^,]+)", entry).group(1) in cited]
     file.write_text("\n".join(entry.rstrip() + "\n" for entry in entries))
 
@@ -333,7 +333,6 @@ def write(results, left_out, folder, runner, command, options):
     comparison = Comparison(results)
     rows = list(comparison.rows())
     write_csv(rows, comparison, folder, options.no_times)
-    write_bibliography(comparison, runner, folder / "references.bib")
     (folder / "logs").mkdir(exist_ok=True)
     for job, result in results.items():
         (folder / f"logs/{job.name}.txt").write_text(f"commit {result.commit}, {result.machine}\n{result.value.log}")
@@ -348,6 +347,7 @@ def write(results, left_out, folder, runner, command, options):
     plt.close("all")
     machines = " and ".join(sorted({result.machine for result in results.values()}))
     commit, others = commits_of(results)
+    write_bibliography(comparison, runner, commit, folder / "references.bib")
     success = f"A success is a best pose within {within:g} m and {YAW}° of the truth, whatever its status."
     write_latex(rows, folder / "table.tex", options.no_times, f"{command}, commit {commit}. {others}{success}".replace("°", " degrees"))
     head = (f"# Comparison\n\n`{command}`, commit {commit}, {machines}. {others}{success}\n\n{fingerprint.stamp(runner.build)}\n\n"

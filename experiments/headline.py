@@ -121,9 +121,12 @@ def left_out(rows, folder):
     """A sentence on the scans whose truth the log itself contradicts."""
     doubtful = {name: sum(doubtful for _, doubtful in sites.Site(name, folder / name).knowledge(SET).values())
                 for row in rows if not row.other for name in row.sites}
-    most = sorted(doubtful, key=doubtful.get, reverse=True)[:3]
-    return (f"Left out are {sum(doubtful.values())} scans whose truth the log contradicts: "
-            f"{', '.join(f'{doubtful[name]} of {name}' for name in most)}, fewer of others.")
+    named = [name for name in sorted(doubtful, key=doubtful.get, reverse=True)[:3] if doubtful[name]]
+    rest = sum(doubtful.values()) - sum(doubtful[name] for name in named)
+    if not named:
+        return "The log contradicts the truth of no scan."
+    words = [f"{doubtful[name]} of {name}" for name in named] + ([f"{rest} of others"] if rest else [])
+    return f"Left out are {sum(doubtful.values())} scans whose truth the log contradicts: {', '.join(words)}."
 
 
 def machine():

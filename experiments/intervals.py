@@ -9,7 +9,7 @@ one of two at each end, since each is too narrow where the other one is not:
 - Groups begin and end as a chain of Markov does whose two probabilities are known as well as the transitions that were seen
   tell (Beta distributions, prior of Jeffreys). This gives the distribution of the share of scans in groups; of the scans in
   groups, as many fail as did. Without any failure the length of groups is not known: half an end of one is taken as seen, by hand.
-  Where one method is never better than another one, groups are as long as those in which it is worse.
+  Of two methods, each has one more group in which it is better, as long as those of the other one in the mean.
 - A drive is cut into blocks, each from the first failure of a group to the next group. A bootstrap that draws whole blocks has a
   variance that can be written down. It gives the number of independent scans that would be worth as much, and this the interval
   of Wilson, with a quantile of Student's t for the number of groups.
@@ -99,7 +99,7 @@ def merged(failures, gap):
 
 def groups_in(failures):
     """Flags of the scans of one drive that lie in groups of failures."""
-    gap = correlated_lag(failures) if any(failures) else 0
+    gap = max(1, correlated_lag(failures)) if 0 < sum(failures) < RARE * len(failures) else 1
     flags = merged(failures, gap)
     while gap > 1 and sum(b and not a for a, b in zip([False, *flags], flags)) < FEWEST:
         gap //= 2
@@ -116,13 +116,14 @@ def transitions_of(groups):
 
 
 def interval_of_groups(drives, likes):
-    """Interval of the share [0, 1] of failures whose groups begin and end by chance. \p drives: flags of failure for each
-    \p likes: flags whose groups are as long as those of failures would be if there were any"""
+    r"""Interval of the share [0, 1] of failures whose groups begin and end by chance. \p drives: flags of failure for each
+    \p likes: flags whose groups are as long as those of failures"""
     groups = [groups_in(drive) for drive in drives]
     transitions = transitions_of(groups)
     failures, inside = sum(map(sum, drives)), sum(map(sum, groups))
-    if not failures:
-        transitions[1] = transitions_of([groups_in(drive) for drive in likes])[1]
+    like = transitions_of([groups_in(drive) for drive in likes])[1]
+    if like[0]:
+        transitions[1] += like / like[0]  # as if the end of one group were seen
     unseen = 0 if transitions[1].any() else 0.5  # ends of a group
     ends = betaincinv(transitions[1, 0] + unseen + 0.5, transitions[1, 1] + 0.5, (np.arange(200) + 0.5) / 200)
 
@@ -142,7 +143,7 @@ def interval_of_groups(drives, likes):
 
 
 def interval_of_blocks(drives):
-    """Interval of the share [0, 1] of failures if whole blocks are drawn. \p drives: flags of failure for each"""
+    r"""Interval of the share [0, 1] of failures if whole blocks are drawn. \p drives: flags of failure for each"""
     count, failures = sum(map(len, drives)), sum(map(sum, drives))
     share = failures / count
     parts = [variance_of_sum(drive) for drive in drives]
@@ -154,7 +155,7 @@ def interval_of_blocks(drives):
 
 
 def share_interval(drives, likes=()):
-    """95 % interval [%] of the share of true flags. \p drives: a list of flags for each drive, in the order of the scans
+    r"""95 % interval [%] of the share of true flags. \p drives: a list of flags for each drive, in the order of the scans
     \p likes: see interval_of_groups()"""
     drives = [[bool(flag) for flag in drive] for drive in drives if drive]
     count, right = sum(map(len, drives)), sum(map(sum, drives))
@@ -168,7 +169,7 @@ def share_interval(drives, likes=()):
 
 
 def share_interval_of_places(places):
-    """The same for buildings of which these are a sample: whole buildings are drawn. \\p places: a list of flags for each"""
+    r"""The same for buildings of which these are a sample: whole buildings are drawn. \p places: a list of flags for each"""
     places = [place for place in places if place]
     count = sum(map(len, places))
     share = sum(map(sum, places)) / count
@@ -180,7 +181,7 @@ def share_interval_of_places(places):
 
 
 def difference_interval(drives):
-    """(mean, low, high) [%] of paired differences. \p drives: a list of -1, 0 and 1 for each drive"""
+    r"""(mean, low, high) [%] of paired differences. \p drives: a list of -1, 0 and 1 for each drive"""
     drives = [list(drive) for drive in drives if drive]
     count = sum(map(len, drives))
     if not count:
