@@ -49,6 +49,6 @@ def costs(results):
         rows = [[title, used_by, tables.number(1e9 * rays[name], 1)] for name, (title, used_by) in RAYS.items() if name in rays]
         return tables.table(
             "Rays", f"[ns] of processor time a ray, up to 30 m in the map of {SITE} (3,750 m², cells of 5 cm), one thread; "
-            f"everything is compiled with `{flags}`. The sweep has no price for a single ray: it is for all cells at once.",
+            f"the library is compiled with `{flags}`. The sweep has no price for a single ray: it is for all cells at once.",
             ["what", "used by", "ns a ray"], rows)
     return ""
