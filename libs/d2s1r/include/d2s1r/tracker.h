@@ -57,10 +57,10 @@ class Tracker
 	///        OdometryCheck does not rely on, the robot may have gone and turned at the usual speeds of Sweep.
 	/// \return where the robot was when the scan was taken. It is localized if one place has a probability above
 	///         scoring.localized_above, and above 0.8 by the scans before and the last ones on average, and its pose
-	///         is known to kPlaceDistance and kPlaceYaw but for errors that scans share; rejected if no place is known, and otherwise ambiguous.
-	///         Hypothesis::probability is by all scans; log_likelihood, explained and log_odds are by the last scan
-	///         that confirmed the place. `note` says why a pose is held. There is no relative entropy; the times are
-	///         those of this call.
+	///         is known to kPlaceDistance and kPlaceYaw but for errors that scans share; rejected if no place is known,
+	///         and otherwise ambiguous. Hypothesis::probability is by all scans; log_likelihood, explained and log_odds
+	///         are by the last scan that confirmed the place. `note` says why a pose is held. There is no relative
+	///         entropy; the times are those of this call.
 	Localization add(double time, const Scan& scan, const std::optional<mrpt::poses::CPose2D>& motion = {});
 
 	/// Returns where the robot is after a motion since the last call of add(), in its frame then: the most probable
