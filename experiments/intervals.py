@@ -67,43 +67,38 @@ def groups_of(places, gap):
     return [b for a, b in zip([-math.inf, *places], places) if b - a > gap]
 
 
-def variance_of_sum(values):
-    """(variance of the sum, groups of values that are not 0) of one drive: of a bootstrap that draws whole blocks."""
-    places = [place for place, value in enumerate(values) if value]
+def gap_in(failures):
+    """[scans] between two failures of one drive that are of one group, at most."""
+    places = [place for place, fails in enumerate(failures) if fails]
+    gap = max(1, correlated_lag(failures)) if 0 < len(places) < RARE * len(failures) else 1
+    while gap > 1 and len(groups_of(places, gap)) < FEWEST:
+        gap //= 2
+    return gap
+
+
+def variance_of_sum(failures):
+    """(variance of the number of failures, their groups) of one drive: of a bootstrap that draws whole blocks."""
+    places = [place for place, fails in enumerate(failures) if fails]
     if not places:
         return 0.0, 0
-    mean, share = sum(values) / len(values), len(places) / len(values)
-    gap = max(1, correlated_lag(values)) if share < RARE else 1
-    starts = groups_of(places, gap)
-    while len(starts) < FEWEST and gap > 1:
-        gap //= 2
-        starts = groups_of(places, gap)
-    ends = [*starts[1:], len(values)]
-    sums = [sum(values[a:b]) for a, b in zip(starts, ends)]
+    share = len(places) / len(failures)
+    starts = groups_of(places, gap_in(failures))
+    ends = [*starts[1:], len(failures)]
+    sums = [sum(failures[a:b]) for a, b in zip(starts, ends)]
     lengths = [b - a for a, b in zip(starts, ends)]
     lengths[-1] += starts[0]  # the drive is closed to a ring
-    blocks = sum((total - mean * length) ** 2 for total, length in zip(sums, lengths))
+    blocks = sum((total - share * length) ** 2 for total, length in zip(sums, lengths))
     events = (1 - share) * sum(total * total for total in sums)
     return (max(blocks, events) if share < RARE or len(starts) == 1 else blocks), len(starts)
 
 
-def merged(failures, gap):
-    """Failures with the scans between those that are no farther apart than `gap`."""
-    flags = list(failures)
+def groups_in(failures):
+    """Flags of the scans of one drive that lie in groups of failures."""
+    flags, gap = list(failures), gap_in(failures)
     places = [place for place, fails in enumerate(failures) if fails]
     for a, b in zip(places, places[1:]):
         if b - a <= gap:
             flags[a:b] = [True] * (b - a)
-    return flags
-
-
-def groups_in(failures):
-    """Flags of the scans of one drive that lie in groups of failures."""
-    gap = max(1, correlated_lag(failures)) if 0 < sum(failures) < RARE * len(failures) else 1
-    flags = merged(failures, gap)
-    while gap > 1 and sum(b and not a for a, b in zip([False, *flags], flags)) < FEWEST:
-        gap //= 2
-        flags = merged(failures, gap)
     return flags
 
 
