@@ -247,8 +247,7 @@ DriveCalibration calibrate_lasers(
 		chosen.doubt = ros::both(chosen.doubt, shown.doubt);
 	}
 	if (!chosen.doubt.why.empty())
-		console.note(
-		    command.log.file, {chosen.doubt.why + ": no pose counts as localized; --as-told believes the messages"});
+		console.note(command.log.file, {chosen.doubt.why + "; --as-told believes the messages"});
 	return chosen;
 }
 

@@ -29,10 +29,9 @@ struct DriveSamples
 	std::vector<LoggedScan> scans;
 	std::vector<std::size_t> numbers;        //!< [-] of these, in the log
 	std::vector<d2s1r::TimedPose> odometry;  //!< by increasing time [s] by its clock
-	std::vector<double> lags;  //!< [s] of the odometry's clock when a scan came, minus the time of the scan
-	double middle_angle = 0;   //!< [rad] see RawlogObject
-	/// Whether odometry comes with the scans and has their times, whenever it was measured.
-	bool has_times_of_scans = false;
+	std::vector<double> lags;    //!< [s] of the odometry's clock when a scan came, minus the time of the scan
+	double middle_angle = 0;     //!< [rad] see RawlogObject
+	std::vector<double> stamps;  //!< [s] of all scans of the log
 };
 
 /// Chooses scans between which the robot moves, some in a row in each of some parts of the log.
@@ -52,17 +51,12 @@ class SampleChooser
 			for (std::size_t i = 0; i < object->scans.size(); i++)
 			{
 				if (object->scans[i]->label != label_) continue;
-				const double stamp = logs::to_seconds(object->scans[i]->timestamp);
-				const bool is_same = object->increment || std::abs(stamp - last_reading_) < kSameTime;
-				with_scans_ += stamp != last_scan_ && is_same;
-				readings_ += object->increment.has_value();
-				last_scan_ = stamp;
-				if (object->increment) add_odometry(logs::to_seconds(object->scans[i]->timestamp));
+				samples_.stamps.push_back(logs::to_seconds(object->scans[i]->timestamp));
+				if (object->increment) add_odometry(samples_.stamps.back());
 				samples_.middle_angle = object->middle_angle;
 				add(logged_scan(object->scans[i], object->details[i]));
 			}
 		}
-		samples_.has_times_of_scans = 2 * with_scans_ > readings_;
 		std::stable_sort(
 		    samples_.odometry.begin(), samples_.odometry.end(),
 		    [](const d2s1r::TimedPose& a, const d2s1r::TimedPose& b) { return a.time < b.time; });
@@ -71,7 +65,6 @@ class SampleChooser
 
    private:
 	static constexpr std::size_t kParts = 10, kInPart = 6;  // [-] of the log; scans of each
-	static constexpr double kSameTime = 1e-3;               // [s]
 	static constexpr double kAround = 6;                    // [s] of odometry that is kept before and after a scan
 
 	/// Takes a reading of the odometry that comes first, if there are two.
@@ -80,10 +73,7 @@ class SampleChooser
 		if (!source_) source_ = object.odometry_source;
 		if (object.odometry_source != *source_) return;
 		robot_ = *object.odometry;
-		last_reading_ = 1e-9 * static_cast<double>(object.odometry_time);
-		add_odometry(last_reading_);
-		readings_++;
-		with_scans_ += std::abs(last_reading_ - last_scan_) < kSameTime;
+		add_odometry(1e-9 * static_cast<double>(object.odometry_time));
 	}
 
 	void add_odometry(double time)
@@ -126,9 +116,7 @@ class SampleChooser
 	CPose2D robot_, robot_then_;                              //!< in the frame of the odometry
 	double now_ = 0, then_ = -1, keep_until_ = 0;             //!< [s] by the clock of the scans
 	std::optional<ros::OdometrySource> source_;
-	std::size_t readings_ = 0, with_scans_ = 0;  //!< [-] of the odometry; those with the time of a scan
-	double last_scan_ = -1, last_reading_ = -2;  //!< [s]
-	std::deque<d2s1r::TimedPose> recent_;        //!< odometry that is not needed so far
+	std::deque<d2s1r::TimedPose> recent_;  //!< odometry that is not needed so far
 	DriveSamples samples_;
 };
 
@@ -263,7 +251,6 @@ struct Beforehand
 
 Beforehand beforehand_of(const DriveSamples& samples, const logs::Sensor& sensor, const logs::Overrides& overrides)
 {
-	using namespace calibration;
 	std::vector<double> firsts, durations, lags = samples.lags;
 	for (const LoggedScan& scan : samples.scans)
 	{
@@ -274,13 +261,11 @@ Beforehand beforehand_of(const DriveSamples& samples, const logs::Sensor& sensor
 	known.laser = laser_of(samples.scans.front(), samples.middle_angle);
 	const ros::SweepTime sweep{percentile(durations, 0.5), percentile(firsts, 0.5)};
 	known.told = ros::told_reading(known.laser, sweep, {});  // what is given is in the scans
+	known.given = ros::known_by(overrides);
 	auto& is_known = known.given.known;
-	if (overrides.sensor_pose || sensor.is_the_robot || !stays(samples))
-		is_known[kYaw] = is_known[kX] = is_known[kY] = true;
-	known.given.is_clock_known = samples.has_times_of_scans;
-	if (overrides.sweep) is_known[kStart] = is_known[kDuration] = true;
-	is_known[kAngleScale] = overrides.beam_angles.has_value();
-	is_known[kRangeFactor] = overrides.range_factor.has_value();
+	if (sensor.is_the_robot || !stays(samples))
+		is_known[calibration::kYaw] = is_known[calibration::kX] = is_known[calibration::kY] = true;
+	known.given.stamps = samples.stamps;
 	known.given.are_angles_doubtful = sensor.other_angles.has_value();
 	const double lag = lags.empty() ? 0 : percentile(lags, 0.5);
 	if (std::abs(lag) > 1) known.given.clocks.push_back(lag);
@@ -333,7 +318,7 @@ std::optional<calibration::Calibration> confirmation_of(
 	const auto samples_read = scans_of(samples, answers, map.name, kReturns / 2);
 	const auto scans = calibration::follow(grid, known.told, samples_read, samples.odometry);
 	const auto shown = calibration::calibrate(grid, known.told, scans, samples.odometry, known.given);
-	const bool agrees = agreement_of(known.told, scans, samples.odometry) != calibration::Agreement::kContradicts;
+	const bool agrees = !agreement_of(known.told, scans, samples.odometry).is_contradicted;
 	return shown.is_confirmed && agrees ? std::optional(shown) : std::nullopt;
 }
 
@@ -388,15 +373,10 @@ DriveCalibration look_at_drive(
 	result.contradictions = ros::contradictions(result.found);
 	if (!mounting.text.empty()) result.contradictions.push_back(mounting.text);
 	if (result.contradictions.empty()) result.answers = as_told;
-	const calibration::Reading& shown = result.found.shown;
-	const calibration::Agreement agreement = agreement_of(shown, found, samples.odometry);
-	const bool is_yaw_shown = result.found.findings[calibration::kYaw].verdict != calibration::Verdict::kNotShown;
-	if (mounting.overrides.sensor_pose && agreement == calibration::Agreement::kNotShown && !is_yaw_shown)
-		result.doubt.why = ros::kGuessedMounting;
-	if (agreement == calibration::Agreement::kContradicts && !sensor.is_the_robot)
-		result.doubt = {
-		    "the drive contradicts where the laser is on the robot, or the odometry, and does not show what is right",
-		    contradiction_of(shown, found, samples.odometry)};
+	calibration::Agreement agreement = agreement_of(result.found.shown, found, samples.odometry);
+	if (sensor.is_the_robot) agreement.is_contradicted = false;
+	result.doubt = ros::doubt_of(agreement, result.found, mounting.overrides.sensor_pose.has_value());
+	result.is_contradicted = agreement.is_contradicted;
 	return result;
 }
 }  // namespace
@@ -411,8 +391,8 @@ DriveCalibration calibrate_by_drive(
 	DriveCalibration again = look_at_drive(log, sensor, result.overrides, search, atlas, true);
 	result.overrides = again.overrides;
 	result.answers = std::move(again.answers);
-	if (!again.doubt.why.empty() || result.doubt.why != ros::kGuessedMounting) result.doubt = again.doubt;
-	if (result.doubt.why.empty()) result.doubt = ros::uncertainty_of(result.found);
+	if (result.is_contradicted) result.doubt = ros::doubt_of({}, result.found, false);
+	if (!again.doubt.why.empty()) result.doubt = again.doubt;
 	result.contradictions.insert(result.contradictions.end(), again.contradictions.begin(), again.contradictions.end());
 	tell(sensor.label, result);
 	return result;

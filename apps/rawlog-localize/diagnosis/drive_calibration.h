@@ -22,7 +22,8 @@ struct DriveCalibration
 	calibration::Calibration found;
 	logs::Overrides overrides;  //!< the given ones, and what the drive contradicts of the messages
 	std::string file;  //!< the overrides as lines `name: value` of calibration.yaml; empty: nothing is contradicted
-	ros::Doubt doubt;  //!< why no pose is certain: the drive contradicts the messages, and not clearly what
+	ros::Doubt doubt;  //!< what that means for poses
+	bool is_contradicted = false;  //!< whether the drive contradicts the messages, and does not show what is right
 	std::string line;  //!< says what was found, how sure it is, and which options say the same; empty as `file`
 	std::vector<std::string> contradictions;  //!< what was found and how sure it is
 	/// Of scans that were localized as the messages say, by their numbers in the log, if nothing is changed.

@@ -30,8 +30,18 @@ Doubt both(const Doubt& a, const Doubt& b)
 	return {a.why.empty() ? b.why : a.why, a.covariance + b.covariance};
 }
 
-Doubt uncertainty_of(const Calibration& shown)
+Doubt doubt_of(const calibration::Agreement& agreement, const Calibration& shown, bool is_guessed)
 {
+	if (agreement.is_contradicted)
+		return {
+		    "the drive contradicts how the laser is mounted or read, or the odometry, and does not show yet what is "
+		    "right: no pose counts as localized",
+		    agreement.covariance};
+	const bool is_yaw_shown = shown.findings[calibration::kYaw].verdict != Verdict::kNotShown;
+	if (is_guessed && !agreement.is_shown && !is_yaw_shown)
+		return {
+		    "scans fit if the laser is mounted otherwise than the messages say, and no drive shows where it looks: no "
+		    "pose counts as localized"};
 	const auto deviation = [&](Unknown unknown)
 	{
 		const Finding& finding = shown.findings[unknown];
@@ -43,6 +53,17 @@ Doubt uncertainty_of(const Calibration& shown)
 	doubt.covariance(0, 0) = doubt.covariance(1, 1) = way * way;
 	doubt.covariance(2, 2) = turn * turn;
 	return doubt;
+}
+
+calibration::Given known_by(const Overrides& given)
+{
+	calibration::Given known;
+	auto& is_known = known.known;
+	is_known[calibration::kYaw] = is_known[calibration::kX] = is_known[calibration::kY] = given.sensor_pose.has_value();
+	is_known[calibration::kStart] = is_known[calibration::kDuration] = given.sweep.has_value();
+	is_known[calibration::kAngleScale] = given.beam_angles.has_value();
+	is_known[calibration::kRangeFactor] = given.range_factor.has_value();
+	return known;
 }
 
 calibration::Reading told_reading(const CPose3D& laser, const SweepTime& sweep, const Overrides& given)

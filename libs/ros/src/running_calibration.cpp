@@ -3,7 +3,6 @@
 
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
-#include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,29 +11,15 @@
 
 namespace d2s1r::ros
 {
-using calibration::Agreement;
 using mrpt::math::TPose2D;
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPose3D;
 
-namespace
-{
-/// Returns whether two ways to read a laser differ so much that poses by one of them are wrong by the other one.
-bool are_apart(const calibration::Reading& a, const calibration::Reading& b)
-{
-	constexpr double kYaw = mrpt::DEG2RAD(3), kWay = 0.1, kTime = 0.03, kFactor = 0.01;  // [rad], [m], [s], [-]
-	return std::abs(mrpt::math::wrapToPi(a.laser.phi - b.laser.phi)) > kYaw ||
-	       std::hypot(a.laser.x - b.laser.x, a.laser.y - b.laser.y) > kWay || std::abs(a.start - b.start) > kTime ||
-	       std::abs(a.duration - b.duration) > kTime || std::abs(a.angle_scale - b.angle_scale) > kFactor ||
-	       std::abs(a.range_factor - b.range_factor) > kFactor;
-}
-}  // namespace
-
 void RunningCalibration::follow(Time scan, const std::optional<CPose2D>& robot)
 {
 	constexpr std::size_t kMostStamps = 1000;
-	stamps_.push_back(scan);
-	if (stamps_.size() > kMostStamps) stamps_.pop_front();
+	stamps_.push_back(seconds(scan));
+	if (stamps_.size() > kMostStamps) stamps_.erase(stamps_.begin());
 	const auto before = std::exchange(robot_, robot);
 	if (!robot || !before) return;
 	const CPose2D motion = *robot - *before;
@@ -65,7 +50,6 @@ void RunningCalibration::clear()
 	odometry_.clear();
 	stamps_.clear();
 	taken_.reset();
-	with_scans_ = 0;
 	next_ = next_mounting_ = kFirst;
 	way_since_ = turn_since_ = 0;
 	if (!is_contradicted()) way_ = turn_ = 0;
@@ -100,10 +84,8 @@ void RunningCalibration::mount(const Overrides& overrides)
 	const Overrides before = std::exchange(in_use_, overrides);
 	in_use_.is_odometry_mirrored = before.is_odometry_mirrored;
 	in_use_.odometry_clock = before.odometry_clock;
-	reading_.reset();
-	uncertainty_ = {};
-	agreement_ = Agreement::kNotShown;
-	is_yaw_shown_ = false;
+	found_.reset();
+	agreement_ = {};
 }
 
 bool RunningCalibration::add(
@@ -123,9 +105,8 @@ bool RunningCalibration::add(
 	const bool is_other = scans.size() >= next_ && calibrate(map, scans, scan);
 	const calibration::Reading read = told_reading(laser, scan.sweep, in_use_);
 	if (is_other && scans_.empty()) scans.clear();  // of another odometry
-	const Agreement now = agreement_of(read, scans, odometry_);
-	if (is_other || now != Agreement::kNotShown) agreement_ = now;
-	if (now == Agreement::kContradicts) contradiction_ = contradiction_of(read, scans, odometry_);
+	const calibration::Agreement now = agreement_of(read, scans, odometry_);
+	if (is_other || now.is_shown) agreement_ = now;
 	if (scans_.size() < kMost) return is_other;
 	if (is_contradicted())
 		clear();  // and looks at what follows
@@ -176,53 +157,37 @@ bool RunningCalibration::miss(const UncalibratedScan& scan, const Finder& is_fou
 
 void RunningCalibration::add_odometry(const Readings& readings, Time scan)
 {
-	constexpr Time kAround = 6 * kSecond, kSameTime = kSecond / 1000;  // [ns] before a scan; of two times
+	constexpr Time kAround = 6 * kSecond;  // [ns] before a scan
 	const double newest = odometry_.empty() ? 0 : odometry_.back().time;
 	for (const auto& [time, pose] : readings)
-	{
-		if (seconds(time) <= newest || time < scan - kAround) continue;
-		odometry_.push_back({seconds(time), pose});
-		const auto stamp = std::lower_bound(stamps_.begin(), stamps_.end(), time - kSameTime);
-		with_scans_ += stamp != stamps_.end() && *stamp <= time + kSameTime;
-	}
-}
-
-calibration::Given RunningCalibration::given_with(const UncalibratedScan& scan) const
-{
-	using namespace calibration;
-	Given given;
-	auto& known = given.known;
-	known[kYaw] = known[kX] = known[kY] = given_.sensor_pose.has_value();
-	given.is_clock_known = 2 * with_scans_ > odometry_.size();
-	known[kStart] = known[kDuration] = given_.sweep.has_value();
-	known[kAngleScale] = mounted_.beam_angles || scan.is_cloud;
-	known[kRangeFactor] = given_.range_factor.has_value();
-	given.are_angles_doubtful = scan.other_angles.has_value();
-	given.is_odometry_known = is_odometry_known_;
-	return given;
+		if (seconds(time) > newest && time >= scan - kAround) odometry_.push_back({seconds(time), pose});
 }
 
 bool RunningCalibration::calibrate(
     const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest)
 {
 	next_ = scans.size() + scans.size() / 3;
-	const calibration::Given given = given_with(newest);
+	calibration::Given given = known_by(given_);
+	auto& are_angles_known = given.known[calibration::kAngleScale];
+	are_angles_known = are_angles_known || mounted_.beam_angles || newest.is_cloud;
+	given.stamps = stamps_;
+	given.are_angles_doubtful = newest.other_angles.has_value();
+	given.is_odometry_known = is_odometry_known_;
 	const calibration::Calibration found = calibration::calibrate(map, told_, scans, odometry_, given);
 	const auto verdict = [&](calibration::Unknown unknown) { return found.findings[unknown].verdict; };
-	is_yaw_shown_ = verdict(calibration::kYaw) != calibration::Verdict::kNotShown;
-	const bool is_mount_shown = given.known[calibration::kYaw] || is_yaw_shown_;
+	const bool is_mount_shown =
+	    given.known[calibration::kYaw] || verdict(calibration::kYaw) != calibration::Verdict::kNotShown;
 	const bool is_moved = verdict(calibration::kX) == calibration::Verdict::kChanged ||
 	                      verdict(calibration::kY) == calibration::Verdict::kChanged;
 	if (is_moved && !is_mount_shown) return false;  // a robot that turns on the spot shows one of them for the other
 	const CPose3D laser = mounted_.sensor_pose.value_or(newest.laser);
 	const Overrides before = std::exchange(in_use_, with_shown(mounted_, found, newest.scan, laser));
-	uncertainty_ = uncertainty_of(found);
 	// Readings of the odometry have come as they were in use.
 	in_use_.is_odometry_mirrored = before.is_odometry_mirrored != found.shown.is_odometry_mirrored;
 	in_use_.odometry_clock = before.odometry_clock + found.shown.odometry_clock;
 	const bool is_other_odometry = found.shown.is_odometry_mirrored || found.shown.odometry_clock != 0;
-	const bool is_other = is_other_odometry || are_apart(found.shown, reading_.value_or(told_));
-	reading_ = found.shown;
+	const bool is_other = is_other_odometry || are_apart(found.shown, found_ ? found_->shown : told_);
+	found_ = found;
 	if (is_other_odometry) clear();
 	if (is_other) tell(contradictions(found));
 	return is_other;
@@ -243,16 +208,12 @@ void RunningCalibration::tell(const std::vector<std::string>& contradictions)
 
 Doubt RunningCalibration::doubt() const
 {
-	if (is_contradicted()) return {description(), contradiction_};
 	const bool is_guessed = !mounting_.empty() && mounted_.sensor_pose && !given_.sensor_pose;
-	return is_guessed && agreement_ == Agreement::kNotShown && !is_yaw_shown_ ? Doubt{kGuessedMounting} : uncertainty_;
+	return doubt_of(agreement_, found_ ? *found_ : calibration::Calibration(), is_guessed);
 }
 
 std::string RunningCalibration::description() const
 {
-	if (is_contradicted())
-		return "the drive contradicts how the laser is mounted or read, or the odometry, and does not show yet what is "
-		       "right: no pose counts as localized";
-	return shown_;
+	return is_contradicted() ? doubt().why : shown_;
 }
 }  // namespace d2s1r::ros

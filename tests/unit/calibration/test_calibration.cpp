@@ -110,29 +110,27 @@ TEST(Calibration, TakesOdometryThatHasTheTimesOfTheScansForOneOfTheirClock)
 	settings.truth.odometry_clock = 0.4;
 	EXPECT_NEAR(calibrate_drive(settings).shown.odometry_clock, 0.4, 0.03);
 	calibration::Given given;
-	given.is_clock_known = true;
+	for (double time = 0; time < 100; time += 0.02) given.stamps.push_back(time + 0.4);
 	EXPECT_EQ(calibrate_drive(settings, given).shown.odometry_clock, 0);
 }
 
 TEST(Calibration, FindsTheUnitOfWaysByMoreThanAFewMotions)
 {
-	using calibration::Agreement;
 	DriveSettings settings;
 	settings.truth.way_scale = 100;
 	SimulatedDrive drive = simulate_drive(make_floor(), settings);
-	EXPECT_EQ(calibration::agreement_of({}, drive.scans, drive.odometry), Agreement::kAgrees);
+	EXPECT_TRUE(calibration::agreement_of({}, drive.scans, drive.odometry).is_confirmed());
 	EXPECT_NEAR(calibrate_drive(settings).shown.way_scale, 100, 3);
 	settings.truth.way_scale = 1;
 	settings.speed = 0.2;
 	drive = simulate_drive(make_floor(), settings);
 	drive.scans.resize(2);
 	drive.scans[1].laser = drive.scans[0].laser + mrpt::math::TPose2D(2, 0.5, 0.1);
-	EXPECT_EQ(calibration::agreement_of({}, drive.scans, drive.odometry), Agreement::kNotShown) << "carried";
+	EXPECT_FALSE(calibration::agreement_of({}, drive.scans, drive.odometry).is_shown) << "carried";
 }
 
 TEST(Calibration, AgreesWithADriveOrContradictsItAfterAFewScans)
 {
-	using calibration::Agreement;
 	DriveSettings settings;
 	settings.seconds = 8;
 	SimulatedDrive drive = simulate_drive(make_floor(), settings);
@@ -142,18 +140,16 @@ TEST(Calibration, AgreesWithADriveOrContradictsItAfterAFewScans)
 		reading.laser.phi = yaw;
 		return calibration::agreement_of(reading, drive.scans, drive.odometry);
 	};
-	EXPECT_EQ(agreement(0), Agreement::kAgrees);
-	Reading turned;
-	turned.laser.phi = 45 * kDegree;
-	const auto beside = calibration::contradiction_of(turned, drive.scans, drive.odometry);
+	EXPECT_TRUE(agreement(0).is_confirmed());
+	const auto beside = agreement(45 * kDegree).covariance;
 	EXPECT_GT(std::sqrt(beside(2, 2)), 40 * kDegree) << "the poses may be off by that";
-	EXPECT_LT(std::sqrt(calibration::contradiction_of({}, drive.scans, drive.odometry)(2, 2)), 5 * kDegree);
+	EXPECT_LT(std::sqrt(agreement(0).covariance(2, 2)), 5 * kDegree);
 	for (const double yaw : {180 * kDegree, -90 * kDegree, 45 * kDegree})
-		EXPECT_EQ(agreement(yaw), Agreement::kContradicts) << yaw;
+		EXPECT_TRUE(agreement(yaw).is_contradicted) << yaw;
 	for (calibration::FoundScan& scan : drive.scans) scan.laser.x += 10 * scan.time;
-	EXPECT_EQ(agreement(180 * kDegree), Agreement::kNotShown) << "a robot that is carried";
+	EXPECT_FALSE(agreement(180 * kDegree).is_shown) << "a robot that is carried";
 	drive.scans.resize(1);
-	EXPECT_EQ(agreement(180 * kDegree), Agreement::kNotShown);
+	EXPECT_FALSE(agreement(180 * kDegree).is_shown);
 }
 
 TEST(Calibration, FindsScales)

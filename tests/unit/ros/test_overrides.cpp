@@ -61,17 +61,17 @@ TEST(Doubt, IsByHowWellADriveShowsWhereTheLaserIs)
 	shown.shown.laser = {0.3, -0.4, 1};
 	shown.findings[kYaw].deviation = 0.05;
 	shown.findings[kYaw].verdict = calibration::Verdict::kAsTold;
-	EXPECT_EQ(uncertainty_of(shown).covariance(2, 2), 0) << "messages are believed";
+	EXPECT_EQ(doubt_of({}, shown, false).covariance(2, 2), 0) << "messages are believed";
 	shown.findings[kYaw].verdict = calibration::Verdict::kChanged;
 	Localization answer;
 	answer.status = Status::kLocalized;
 	answer.hypotheses.resize(1);
 	answer.hypotheses[0].covariance.setZero();
-	apply(uncertainty_of(shown), answer);
+	apply(doubt_of({}, shown, false), answer);
 	EXPECT_EQ(answer.status, Status::kLocalized);
 	EXPECT_NEAR(std::sqrt(answer.best().covariance(2, 2)), 0.05, 1e-9);
 	EXPECT_NEAR(std::sqrt(answer.best().covariance(0, 0)), 0.5 * 0.05, 1e-9) << "of a laser 0.5 m from the middle";
-	const Doubt doubt = both(uncertainty_of(shown), both({"it is contradicted"}, uncertainty_of(shown)));
+	const Doubt doubt = both(doubt_of({}, shown, false), both({"it is contradicted"}, doubt_of({}, shown, false)));
 	EXPECT_EQ(doubt.why, "it is contradicted");
 	EXPECT_NEAR(doubt.covariance(2, 2), 2 * 0.05 * 0.05, 1e-9) << "of two lasers";
 }

@@ -141,22 +141,21 @@ struct Calibration
 };
 
 /// Says whether the motions of a drive are those that a reading predicts.
-enum class Agreement
+struct Agreement
 {
-	kNotShown,     //!< the robot has not moved far enough between scans that were found
-	kAgrees,       //!< most are
-	kContradicts,  //!< most are not, by far
+	bool is_shown = false;         //!< whether the robot has moved far enough between scans that were found
+	bool is_contradicted = false;  //!< whether most motions are not as predicted, by far
+	/// [m^2, rad^2] By how much they differ (medians): poses have it beside their own if they are contradicted.
+	mrpt::math::CMatrixDouble33 covariance = mrpt::math::CMatrixDouble33::Zero();
+
+	/// Returns whether most motions are as predicted.
+	bool is_confirmed() const { return is_shown && !is_contradicted; }
 };
 
 /// Returns whether a reading predicts how the laser moved between scans that are half a metre or 60 deg apart. It needs
 /// a few scans only, and leaves errors to the odometry that wheels have at worst.
 /// \param scans found by any reading
 Agreement agreement_of(
-    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry);
-
-/// Returns by how much those motions differ from what a reading predicts (medians), as the covariance [m^2, rad^2] that
-/// poses have beside their own if it is not known how the laser must be read.
-mrpt::math::CMatrixDouble33 contradiction_of(
     const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry);
 
 /// Finds scans where the messages lead from the scans before them: by the odometry, and on to the walls nearby. That is
@@ -173,8 +172,11 @@ struct Given
 	bool are_angles_doubtful = false;     //!< whether fields of the messages tell different angles
 	std::vector<double> clocks{};         //!< [s] by which the odometry's clock may differ, beside 0 and a few seconds
 	bool is_odometry_known = false;       //!< neither mirrored nor of another clock; a laser may be of one
-	bool is_clock_known = false;          //!< odometry has the times of the scans; it tells no time of theirs
+	std::vector<double> stamps{};         //!< [s] of all scans: odometry that has them tells no time of theirs
 };
+
+/// Returns whether poses by one reading of a laser are wrong by another one.
+bool are_apart(const Reading& a, const Reading& b);
 
 /// Returns what a drive shows. Deterministic. It takes some milliseconds if the drive confirms the messages, and about
 /// as long as it takes to localize the scans else.

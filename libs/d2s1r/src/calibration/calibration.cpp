@@ -57,6 +57,16 @@ double value_of(const Reading& reading, Unknown unknown)
 	return value_in(copy, unknown);
 }
 
+bool are_apart(const Reading& a, const Reading& b)
+{
+	for (std::size_t i = 0; i < kWayScale; i++)
+	{
+		const auto unknown = static_cast<Unknown>(i);
+		if (std::abs(difference(i, value_of(a, unknown), value_of(b, unknown))) > kScales[i].told) return true;
+	}
+	return false;
+}
+
 bool Calibration::is_changed() const
 {
 	const auto is_changed = [](const Finding& finding) { return finding.verdict == Verdict::kChanged; };
@@ -65,57 +75,6 @@ bool Calibration::is_changed() const
 
 namespace
 {
-/// What motions that are long enough, and those that turn enough, say of a reading.
-struct Witnesses
-{
-	std::array<std::vector<double>, 2> errors;  //!< [standard deviations] of each kind
-	std::vector<double> ways;                   //!< [m] by which they differ
-	std::array<std::vector<double>, 2> turns;   //!< [rad] the same, of each kind
-};
-
-Witnesses witnesses_of(const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
-{
-	constexpr double kWay = 0.5, kTurn = 60 * kDegree, kLongest = 30;  // [m], [rad], [s] of a motion
-	constexpr double kOfPoses = 0.04;                                  // [m] [rad]
-	constexpr double kTimes = 2, kLever = 1, kLeast = 0.3;             // [-], [m], [m] [rad]
-	const Track track(odometry);
-	const Reading reading = in_unit_of_ways(told, scans, track);
-	const Grid no_map;
-	Problem problem(no_map, reading, scans, track);
-	problem.noise.way = 4, problem.noise.turn = 3;  // of wheels that slip
-	Witnesses witnesses;
-	for (std::size_t i = 0; i < scans.size(); i++)
-	{
-		std::array<bool, 2> has_voted{};
-		for (std::size_t j = i + 1; j < scans.size() && scans[j].time - scans[i].time < kLongest; j++)
-		{
-			const auto motion = track.motion(reading, scans[i].time, scans[j].time);
-			if (!motion) continue;
-			const double way = std::hypot(motion->x, motion->y), turn = std::abs(motion->phi);
-			const std::array<bool, 2> may_vote = {way >= kWay && !has_voted[0], turn >= kTurn && !has_voted[1]};
-			if (!may_vote[0] && !may_vote[1]) continue;
-			const TPose2D seen = scans[j].laser - scans[i].laser;
-			const bool is_carried = std::hypot(seen.x, seen.y) > kTimes * way + kLever * turn + kLeast ||
-			                        std::abs(wrapToPi(seen.phi)) > kTimes * turn + kLeast;
-			if (is_carried) break;  // or found elsewhere, which no reading explains
-			const auto error =
-			    problem.motion_error(reading, scans[i].laser, scans[j].laser, scans[i].time, scans[j].time, kOfPoses);
-			if (!error) continue;
-			const TPose2D motion_told = track.motion_of_laser(reading, scans[i].time, scans[j].time);
-			const double turned = std::abs(wrapToPi(seen.phi - motion_told.phi));
-			const double aside = wrapToPi(std::atan2(seen.y, seen.x) - std::atan2(motion_told.y, motion_told.x));
-			witnesses.ways.push_back(std::hypot(seen.x - motion_told.x, seen.y - motion_told.y));
-			for (std::size_t k = 0; k < witnesses.errors.size(); k++)
-			{
-				if (!may_vote[k]) continue;
-				has_voted[k] = true;
-				witnesses.turns[k].push_back(k == 0 ? std::max(turned, std::abs(aside)) : turned);
-				witnesses.errors[k].push_back(error->cwiseAbs().maxCoeff());
-			}
-		}
-	}
-	return witnesses;
-}
 /// Returns the error by which half of the witnesses contradict: of an even number, the geometric mean of the two in the
 /// middle, so that of two a clear one counts against one that says little. \param errors [standard deviations]
 double middle_of(std::vector<double> errors)
@@ -124,28 +83,64 @@ double middle_of(std::vector<double> errors)
 	std::sort(errors.begin(), errors.end());
 	return std::sqrt(errors[(errors.size() - 1) / 2] * errors[errors.size() / 2]);
 }
+
+/// By how much motions of the laser differ from what a reading predicts.
+struct Votes
+{
+	std::vector<double> errors, ways, turns;  //!< [standard deviations], [m], [rad] of each
+};
+
+/// Returns the votes of motions, one from each scan, that are long enough, or turn enough.
+Votes votes_of(const Reading& reading, const std::vector<FoundScan>& scans, const Track& track, bool are_turns)
+{
+	constexpr double kWay = 0.5, kTurn = 60 * kDegree, kLongest = 30;  // [m], [rad], [s] of a motion
+	constexpr double kOfPoses = 0.04;                                  // [m] [rad]
+	constexpr double kTimes = 2, kLever = 1, kLeast = 0.3;             // [-], [m], [m] [rad]
+	Noise noise;
+	noise.way = 4, noise.turn = 3;  // of wheels that slip
+	Votes votes;
+	for (std::size_t i = 0; i < scans.size(); i++)
+		for (std::size_t j = i + 1; j < scans.size() && scans[j].time - scans[i].time < kLongest; j++)
+		{
+			const double from = scans[i].time + reading.middle(), to = scans[j].time + reading.middle();
+			const auto recorded = track.recorded_motion(reading, from, to);
+			if (!recorded) continue;
+			const TPose2D robot = as_read(reading, recorded->moved), seen = scans[j].laser - scans[i].laser;
+			const double way = std::hypot(robot.x, robot.y), turn = std::abs(robot.phi);
+			if (are_turns ? turn < kTurn : way < kWay) continue;
+			const bool is_carried = std::hypot(seen.x, seen.y) > kTimes * way + kLever * turn + kLeast ||
+			                        std::abs(wrapToPi(seen.phi)) > kTimes * turn + kLeast;
+			if (is_carried) break;  // or found elsewhere, which no reading explains
+			const TPose2D laser = (robot + reading.laser) - reading.laser;
+			const auto error = motion_error(noise, reading, *recorded, scans[i].laser, scans[j].laser, kOfPoses);
+			const double turned = std::abs(wrapToPi(seen.phi - laser.phi));
+			const double aside = std::abs(wrapToPi(std::atan2(seen.y, seen.x) - std::atan2(laser.y, laser.x)));
+			votes.errors.push_back(error.cwiseAbs().maxCoeff());
+			votes.ways.push_back(std::hypot(seen.x - laser.x, seen.y - laser.y));
+			votes.turns.push_back(are_turns ? turned : std::max(turned, aside));
+			break;
+		}
+	return votes;
+}
 }  // namespace
 
-Agreement agreement_of(
-    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
+Agreement agreement_of(const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
 {
 	constexpr double kMost = 2.5;  // [standard deviations]
-	const Witnesses witnesses = witnesses_of(reading, scans, odometry);
-	if (witnesses.ways.empty()) return Agreement::kNotShown;
-	const bool is_contradicted = middle_of(witnesses.errors[0]) > kMost || middle_of(witnesses.errors[1]) > kMost;
-	return is_contradicted ? Agreement::kContradicts : Agreement::kAgrees;
-}
-
-mrpt::math::CMatrixDouble33 contradiction_of(
-    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
-{
-	const Witnesses witnesses = witnesses_of(reading, scans, odometry);
-	const double way = median_of(witnesses.ways);
-	const double turn = std::max(median_of(witnesses.turns[0]), median_of(witnesses.turns[1]));
-	mrpt::math::CMatrixDouble33 covariance;
-	covariance.setZero();
-	covariance(0, 0) = covariance(1, 1) = way * way, covariance(2, 2) = turn * turn;
-	return covariance;
+	const Track track(odometry);
+	const Reading reading = in_unit_of_ways(told, scans, track);
+	Agreement agreement;
+	double way = 0, turn = 0;
+	for (const bool are_turns : {false, true})
+	{
+		const Votes votes = votes_of(reading, scans, track, are_turns);
+		agreement.is_shown = agreement.is_shown || !votes.errors.empty();
+		agreement.is_contradicted = agreement.is_contradicted || middle_of(votes.errors) > kMost;
+		way = std::max(way, median_of(votes.ways)), turn = std::max(turn, median_of(votes.turns));
+	}
+	agreement.covariance(0, 0) = agreement.covariance(1, 1) = way * way;
+	agreement.covariance(2, 2) = turn * turn;
+	return agreement;
 }
 
 std::vector<FoundScan> follow(
@@ -194,6 +189,19 @@ bool is_dense(const std::vector<TimedPose>& odometry)
 	std::vector<double> steps;
 	for (std::size_t i = 1; i < odometry.size(); i++) steps.push_back(odometry[i].time - odometry[i - 1].time);
 	return !steps.empty() && median_of(steps) < kWidest;
+}
+
+/// Returns whether most readings of the odometry have the times of scans, whenever they were measured.
+bool has_times_of(std::vector<double> stamps, const std::vector<TimedPose>& odometry)
+{
+	constexpr double kSameTime = 1e-3;  // [s]
+	std::sort(stamps.begin(), stamps.end());
+	const auto is_of_scan = [&](const TimedPose& pose)
+	{
+		const auto stamp = std::lower_bound(stamps.begin(), stamps.end(), pose.time - kSameTime);
+		return stamp != stamps.end() && *stamp <= pose.time + kSameTime;
+	};
+	return 2 * std::count_if(odometry.begin(), odometry.end(), is_of_scan) > std::ptrdiff_t(odometry.size());
 }
 
 /// What the least squares end with, as they are judged.
@@ -310,8 +318,8 @@ Calibration calibrate(
 		result.findings[i].told = result.findings[i].estimate = value_of(told, static_cast<Unknown>(i));
 	if (scans.size() < kFewest) return result;
 	Unknowns known = given.known;
-	// Nothing tells how the robot moved meanwhile, or odometry has the times of the scans, whenever it was measured.
-	if (!is_dense(odometry) || given.is_clock_known) known[kStart] = known[kDuration] = true;
+	const bool is_clock_known = has_times_of(given.stamps, odometry);
+	if (!is_dense(odometry) || is_clock_known) known[kStart] = known[kDuration] = true;
 	std::array<Scale, kUnknowns> scales = kScales;
 	if (given.are_angles_doubtful) scales[kAngleScale].matters = kDoubtful;
 	const Track track(odometry);
@@ -324,7 +332,7 @@ Calibration calibrate(
 	if (!result.is_confirmed)
 	{
 		problem.noise = {};
-		all = solved(problem, best_fit(problem, in_unit, given), in_unit, kSteps);
+		all = solved(problem, best_fit(problem, in_unit, given, is_clock_known), in_unit, kSteps);
 		if (all.wheels.are_absurd && is_other_odometry(all.state.reading, in_unit))  // which such wheels do not show
 			all = solved(problem, fit(problem, in_unit).state, in_unit, kSteps);
 	}

@@ -79,9 +79,6 @@ std::optional<Track::Recorded> Track::recorded_motion(const Reading& reading, do
 	return Recorded{*b - *a, std::abs(way.x()), std::abs(way.y())};
 }
 
-namespace
-{
-/// Returns a motion of the odometry as a reading has it.
 TPose2D as_read(const Reading& reading, const TPose2D& recorded)
 {
 	const double side = reading.is_odometry_mirrored ? -1 : 1;
@@ -89,7 +86,6 @@ TPose2D as_read(const Reading& reading, const TPose2D& recorded)
 	    reading.way_scale * recorded.x, side * reading.way_scale * recorded.y,
 	    side * reading.turn_scale * wrapToPi(recorded.phi)};
 }
-}  // namespace
 
 std::optional<TPose2D> Track::motion(const Reading& reading, double from, double to) const
 {
@@ -103,87 +99,33 @@ TPose2D Track::motion_of_laser(const Reading& reading, double from, double to) c
 	return robot ? (*robot + reading.laser) - reading.laser : TPose2D();
 }
 
-Normal::Normal(std::size_t count)
-    : scans(count, Eigen::Matrix3d::Zero()),
-      motions(count, Eigen::Matrix3d::Zero()),
-      scans_with_globals(count, Eigen::Matrix<double, 3, kGlobals>::Zero()),
-      gradient(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kGlobals + 3 * count)))
-{
-}
-
 Eigen::MatrixXd Normal::solve(const Eigen::MatrixXd& right, double damping) const
 {
-	Eigen::MatrixXd x = right;
-	const auto of_globals = x.topRows(kGlobals);
-	const auto of_scan = [&](std::size_t k) { return x.middleRows<3>(static_cast<Eigen::Index>(kGlobals + 3 * k)); };
-	auto left = *this;  // after the poses that were eliminated
-	for (Eigen::Matrix3d& scan : left.scans) scan.diagonal() *= 1 + damping;
-	left.globals.diagonal() *= 1 + damping;
-	std::vector<Eigen::Matrix3d> inverses;
-	for (std::size_t k = 0; k < scans.size(); k++)
-	{
-		inverses.push_back(left.scans[k].inverse());
-		const Eigen::Matrix<double, 3, kGlobals> solved = inverses[k] * left.scans_with_globals[k];
-		left.globals -= left.scans_with_globals[k].transpose() * solved;
-		x.topRows(kGlobals) -= solved.transpose().lazyProduct(of_scan(k));
-		if (k + 1 == scans.size()) break;
-		const Eigen::Matrix3d next = inverses[k] * motions[k];
-		left.scans[k + 1] -= motions[k].transpose() * next;
-		left.scans_with_globals[k + 1] -= motions[k].transpose() * solved;
-		of_scan(k + 1) -= next.transpose() * of_scan(k);
-	}
-	const Eigen::LDLT<OfGlobals> factored(left.globals);
-	for (Eigen::Index i = 0; i < x.cols(); i++)
-		x.col(i).head<kGlobals>() = factored.solve(x.col(i).head<kGlobals>().eval());
-	for (std::size_t k = scans.size(); k-- > 0;)
-	{
-		Eigen::Matrix3Xd rest = of_scan(k) - left.scans_with_globals[k].lazyProduct(of_globals);
-		if (k + 1 < scans.size()) rest -= motions[k] * of_scan(k + 1);
-		of_scan(k) = inverses[k] * rest;
-	}
-	return x;
+	Eigen::MatrixXd damped = matrix;
+	damped.diagonal() *= 1 + damping;
+	return damped.llt().solve(right);
 }
 
 namespace
 {
-void add_prior(std::size_t i, double weight, double off, Normal& sums)
-{
-	const auto at = static_cast<Eigen::Index>(i);
-	sums.globals(at, at) += weight;
-	sums.gradient[at] += weight * off;
-	sums.cost += 0.5 * weight * off * off;
-}
-
-/// Adds a group of residuals to the sums. Its columns are those of `Scans` poses from scan k on, then of some globals.
-template <int Scans, std::size_t Globals>
+/// Adds a group of residuals to the sums. Its rows are those of poses from scan k on, then those of some globals.
+/// \param group its number
+template <int Size, std::size_t Globals>
 void add_group(
-    const Eigen::Matrix<double, 3 * Scans + static_cast<int>(Globals), 3 * Scans + static_cast<int>(Globals)>& matrix,
-    const Eigen::Matrix<double, 3 * Scans + static_cast<int>(Globals), 1>& gradient, std::size_t k,
+    const Eigen::Matrix<double, Size, Size>& matrix, const Eigen::Matrix<double, Size, 1>& gradient, std::size_t k,
     const std::array<std::size_t, Globals>& globals, std::size_t group, Normal& sums)
 {
-	const auto add_gradient = [&](Eigen::Index where, double value)
+	constexpr int kOfPoses = Size - static_cast<int>(Globals);
+	const auto row = [&](int i)
 	{
-		sums.gradient[where] += value;
-		if (sums.groups.size() > 0) sums.groups(where, static_cast<Eigen::Index>(group)) += value;
+		const auto at = static_cast<std::size_t>(i);
+		return static_cast<Eigen::Index>(i < kOfPoses ? kGlobals + 3 * k + at : globals[at - kOfPoses]);
 	};
-	for (int s = 0; s < Scans; s++)
+	for (int i = 0; i < Size; i++)
 	{
-		const std::size_t scan = k + static_cast<std::size_t>(s);
-		sums.scans[scan] += matrix.template block<3, 3>(3 * s, 3 * s);
-		for (int i = 0; i < 3; i++)
-			add_gradient(static_cast<Eigen::Index>(kGlobals + 3 * scan) + i, gradient[3 * s + i]);
-		for (std::size_t j = 0; j < Globals; j++)
-			sums.scans_with_globals[scan].col(static_cast<Eigen::Index>(globals[j])) +=
-			    matrix.template block<3, 1>(3 * s, 3 * Scans + static_cast<int>(j));
-	}
-	if constexpr (Scans == 2) sums.motions[k] += matrix.template block<3, 3>(0, 3);
-	for (std::size_t i = 0; i < Globals; i++)
-	{
-		const auto row = static_cast<Eigen::Index>(globals[i]);
-		const int of_row = 3 * Scans + static_cast<int>(i);
-		add_gradient(row, gradient[of_row]);
-		for (std::size_t j = 0; j < Globals; j++)
-			sums.globals(row, static_cast<Eigen::Index>(globals[j])) += matrix(of_row, 3 * Scans + static_cast<int>(j));
+		sums.gradient[row(i)] += gradient[i];
+		sums.groups(row(i), static_cast<Eigen::Index>(group)) += gradient[i];
+		for (int j = 0; j < Size; j++) sums.matrix(row(i), row(j)) += matrix(i, j);
 	}
 }
 }  // namespace
@@ -202,19 +144,29 @@ State Problem::start(const Reading& reading) const
 	return state;
 }
 
-Normal Problem::normal(const State& state, bool with_groups)
+Normal Problem::normal(const State& state)
 {
 	constexpr double kOffset = 0.05, kFixed = 1e-6;  // [m], [units of Unknown] standard deviations
-	Normal sums(scans_.size());
-	if (with_groups) sums.groups.setZero(sums.gradient.size(), static_cast<Eigen::Index>(2 * scans_.size()));
+	const auto size = static_cast<Eigen::Index>(kGlobals + 3 * scans_.size());
+	Normal sums{
+	    Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size),
+	    Eigen::MatrixXd::Zero(size, static_cast<Eigen::Index>(2 * scans_.size()))};
+	const auto add_prior = [&](std::size_t i, double deviation, double off)
+	{
+		const auto at = static_cast<Eigen::Index>(i);
+		const double weight = std::pow(deviation, -2);
+		sums.matrix(at, at) += weight;
+		sums.gradient[at] += weight * off;
+		sums.cost += 0.5 * weight * off * off;
+	};
 	for (std::size_t i = 0; i < kUnknowns; i++)
 	{
 		const double off =
 		    difference(i, value_of(state.reading, static_cast<Unknown>(i)), told_value(told_, state.reading, i));
 		const double unit = i == kWayScale ? told_.way_scale : 1;
-		add_prior(i, std::pow(unit * (is_free[i] ? kScales[i].before : kFixed), -2), off, sums);
+		add_prior(i, unit * (is_free[i] ? kScales[i].before : kFixed), off);
 	}
-	add_prior(kUnknowns, std::pow(kOffset, -2), state.offset, sums);
+	add_prior(kUnknowns, kOffset, state.offset);
 	for (std::size_t k = 0; k < scans_.size(); k++) add_walls(state, k, sums);
 	for (std::size_t k = 0; k + 1 < scans_.size(); k++) add_motion(state, k, sums);
 	return sums;
@@ -249,39 +201,24 @@ double Problem::improve(State& state, int steps)
 
 Settled Problem::settle(TPose2D laser, std::size_t k)
 {
-	constexpr double kOff = 0.1, kOffTurn = 0.05, kAtWall = 0.12;  // [m], [rad] of the pose, [m] of a return
+	constexpr double kOff = 0.1, kOffTurn = 0.05;  // [m], [rad] of the pose
 	constexpr int kSteps = 6;
+	const Eigen::Vector3d weights(std::pow(kOff, -2), std::pow(kOff, -2), std::pow(kOffTurn, -2));
 	const TPose2D about = laser;
 	const std::vector<Point> seen = points(told_, k);
-	const auto all = static_cast<double>(std::max<std::size_t>(seen.size(), 1));
-	const double share = std::min(1.0, noise.independent_returns / all);
-	std::size_t at_walls = 0;
+	double explained = 0;
 	for (int step = 0; step < kSteps; step++)
 	{
-		const double bound = step < kSteps / 2 ? 12 : 3;  // [standard deviations]
-		const Eigen::Vector3d weights(std::pow(kOff, -2), std::pow(kOff, -2), std::pow(kOffTurn, -2));
+		const WallSums sums = wall_sums(laser, seen, 0, step < kSteps / 2 ? 12 : 3);
 		const Eigen::Vector3d off(laser.x - about.x, laser.y - about.y, wrapToPi(laser.phi - about.phi));
-		Eigen::Matrix3d matrix = weights.asDiagonal();
-		Eigen::Vector3d gradient = weights.cwiseProduct(off);
-		const double c = std::cos(laser.phi), s = std::sin(laser.phi);
-		at_walls = 0;
-		for (const Point& point : seen)
-		{
-			const double x = c * point.at.x() - s * point.at.y(), y = s * point.at.x() + c * point.at.y();
-			const WallDistance wall = walls_.at(laser.x + x, laser.y + y);
-			at_walls += std::abs(wall.value) < kAtWall;
-			const double error = wall.value / noise.wall;
-			const double weight = share * robust(error * error, bound).second;
-			const Eigen::Vector3d row =
-			    Eigen::Vector3d(wall.gradient_x, wall.gradient_y, wall.gradient_y * x - wall.gradient_x * y) /
-			    noise.wall;
-			matrix += weight * row * row.transpose();
-			gradient += weight * error * row;
-		}
+		const Eigen::Vector3d gradient = sums.gradient.head<3>() + weights.cwiseProduct(off);
+		Eigen::Matrix3d matrix = sums.matrix.topLeftCorner<3, 3>();
+		matrix += weights.asDiagonal();
 		const Eigen::Vector3d move = matrix.inverse() * gradient;
 		laser = TPose2D(laser.x - move.x(), laser.y - move.y(), laser.phi - move.z());
+		explained = sums.explained;
 	}
-	return {laser, static_cast<double>(at_walls) / all};
+	return {laser, explained};
 }
 
 bool is_motion(const std::vector<FoundScan>& scans, std::size_t k)
@@ -292,22 +229,15 @@ bool is_motion(const std::vector<FoundScan>& scans, std::size_t k)
 
 std::optional<Eigen::Vector3d> Problem::motion_error(const State& state, std::size_t k, double of_poses) const
 {
-	return motion_error(
-	    state.reading, state.lasers[k], state.lasers[k + 1], scans_[k].time, scans_[k + 1].time, of_poses);
+	const double middle = state.reading.middle();
+	const auto recorded = track_.recorded_motion(state.reading, scans_[k].time + middle, scans_[k + 1].time + middle);
+	if (!recorded) return std::nullopt;
+	return calibration::motion_error(noise, state.reading, *recorded, state.lasers[k], state.lasers[k + 1], of_poses);
 }
 
-std::optional<Eigen::Vector3d> Problem::motion_error(
-    const Reading& reading, const TPose2D& from, const TPose2D& to, double from_stamp, double to_stamp,
-    double of_poses) const
-{
-	const auto recorded = track_.recorded_motion(reading, from_stamp + reading.middle(), to_stamp + reading.middle());
-	return recorded ? std::optional(motion_error(reading, *recorded, from, to, of_poses)) : std::nullopt;
-}
-
-/// \param recorded motion of the robot by the odometry
-Eigen::Vector3d Problem::motion_error(
-    const Reading& reading, const Track::Recorded& recorded, const TPose2D& from, const TPose2D& to,
-    double of_poses) const
+Eigen::Vector3d motion_error(
+    const Noise& noise, const Reading& reading, const Track::Recorded& recorded, const TPose2D& from, const TPose2D& to,
+    double of_poses)
 {
 	constexpr double kAlong = 0.05, kAcross = 0.01, kOfTurn = 0.05, kTurnOfWay = 0.02;  // [-], [-], [-], [rad/m]
 	constexpr double kLeastWay = 0.005, kLeastTurn = 0.004;                             // [m], [rad]
@@ -384,21 +314,21 @@ WallDistance Problem::wall_at(const TPose2D& laser, const Eigen::Vector2d& point
 	return walls_.at(in_map.x, in_map.y);
 }
 
-void Problem::add_walls(const State& state, std::size_t k, Normal& sums)
+Problem::WallSums Problem::wall_sums(const TPose2D& laser, const std::vector<Point>& seen, double offset, double bound)
 {
-	constexpr double kBound = 3;  // [standard deviations]
-	Eigen::Matrix<double, 7, 7> matrix = Eigen::Matrix<double, 7, 7>::Zero();
-	Eigen::Matrix<double, 7, 1> gradient = Eigen::Matrix<double, 7, 1>::Zero(), row;
-	const std::vector<Point> seen = points(state.reading, k);
+	constexpr double kAtWall = 0.12;  // [m] of a return
+	WallSums sums;
+	Eigen::Matrix<double, 7, 1> row;
 	const double all = static_cast<double>(std::max<std::size_t>(seen.size(), 1));
 	const double share = std::min(1.0, noise.independent_returns / all);
-	const double c = std::cos(state.lasers[k].phi), s = std::sin(state.lasers[k].phi);
+	const double c = std::cos(laser.phi), s = std::sin(laser.phi);
 	for (const Point& point : seen)
 	{
 		const double x = c * point.at.x() - s * point.at.y(), y = s * point.at.x() + c * point.at.y();
-		const WallDistance wall = walls_.at(state.lasers[k].x + x, state.lasers[k].y + y);
-		const double error = (wall.value - state.offset) / noise.wall;
-		const auto [cost, weight] = robust(error * error, kBound * noise.kernel);
+		const WallDistance wall = walls_.at(laser.x + x, laser.y + y);
+		if (std::abs(wall.value) < kAtWall) sums.explained += 1 / all;
+		const double error = (wall.value - offset) / noise.wall;
+		const auto [cost, weight] = robust(error * error, bound);
 		sums.cost += share * cost;
 		const Eigen::RowVector2d toward(
 		    c * wall.gradient_x + s * wall.gradient_y, c * wall.gradient_y - s * wall.gradient_x);
@@ -406,10 +336,19 @@ void Problem::add_walls(const State& state, std::size_t k, Normal& sums)
 		row.segment<3>(3) = (toward * point.derivative).transpose();
 		row[6] = -1;
 		row /= noise.wall;
-		matrix += share * weight * row * row.transpose();
-		gradient += share * weight * error * row;
+		sums.matrix += share * weight * row * row.transpose();
+		sums.gradient += share * weight * error * row;
 	}
-	add_group<1, 4>(matrix, gradient, k, {kDuration, kAngleScale, kRangeFactor, kUnknowns}, k, sums);
+	return sums;
+}
+
+void Problem::add_walls(const State& state, std::size_t k, Normal& sums)
+{
+	constexpr double kBound = 3;  // [standard deviations]
+	const WallSums walls = wall_sums(state.lasers[k], points(state.reading, k), state.offset, kBound * noise.kernel);
+	sums.cost += walls.cost;
+	constexpr std::array<std::size_t, 4> kOfWalls = {kDuration, kAngleScale, kRangeFactor, kUnknowns};
+	add_group(walls.matrix, walls.gradient, k, kOfWalls, k, sums);
 }
 
 void Problem::add_motion(const State& state, std::size_t k, Normal& sums) const
@@ -428,7 +367,8 @@ void Problem::add_motion(const State& state, std::size_t k, Normal& sums) const
 	}
 	const Track::Recorded later =
 	    track_.recorded_motion(state.reading, from + kTimeStep, to + kTimeStep).value_or(*recorded);
-	const Eigen::Vector3d error = motion_error(state.reading, *recorded, state.lasers[k], state.lasers[k + 1], 0);
+	const Eigen::Vector3d error =
+	    calibration::motion_error(noise, state.reading, *recorded, state.lasers[k], state.lasers[k + 1], 0);
 	const double of_duration = std::copysign(2 * kTimeStep, state.reading.duration);  // middle() has half of it
 	Eigen::Matrix<double, 3, kColumns> rows;
 	for (std::size_t i = 0; i < kColumns; i++)
@@ -439,7 +379,8 @@ void Problem::add_motion(const State& state, std::size_t k, Normal& sums) const
 		const bool is_start = unknown == kStart, is_time = is_start || unknown == kDuration;
 		if (!is_time) (i < 6 ? lasers[i / 3][i % 3] : value_in(reading, unknown)) += kStep;
 		const double step = is_start ? kTimeStep : is_time ? of_duration : kStep;
-		const Eigen::Vector3d then = motion_error(reading, is_time ? later : *recorded, lasers[0], lasers[1], 0);
+		const Eigen::Vector3d then =
+		    calibration::motion_error(noise, reading, is_time ? later : *recorded, lasers[0], lasers[1], 0);
 		rows.col(static_cast<Eigen::Index>(i)) = (then - error) / step;
 	}
 	Eigen::Matrix<double, kColumns, kColumns> matrix = Eigen::Matrix<double, kColumns, kColumns>::Zero();
@@ -456,6 +397,6 @@ void Problem::add_motion(const State& state, std::size_t k, Normal& sums) const
 	};
 	add_rows(0, 2);
 	add_rows(2, 1);
-	add_group<2, 7>(matrix, gradient, k, kOfMotion, scans_.size() + k, sums);
+	add_group(matrix, gradient, k, kOfMotion, scans_.size() + k, sums);
 }
 }  // namespace d2s1r::calibration

@@ -29,6 +29,9 @@ double told_value(const Reading& told, const Reading& reading, std::size_t unkno
 /// Returns a - b of an unknown, of angles that below a half turn.
 double difference(std::size_t unknown, double a, double b);
 
+/// Returns a motion of the odometry as a reading has it.
+mrpt::math::TPose2D as_read(const Reading& reading, const mrpt::math::TPose2D& recorded);
+
 /// Tells where the robot was by its odometry.
 class Track
 {
@@ -88,25 +91,24 @@ struct Settled
 	double explained = 0;  //!< [0, 1] share of its returns that end at walls
 };
 
-/// The sums of a step of Gauss-Newton. A scan shares residuals with the next one and with the globals only, so that the
-/// matrix is kept, and solved, by its blocks.
+/// The sums of a step of Gauss-Newton: of the globals, then of each pose.
 struct Normal
 {
-	using OfGlobals = Eigen::Matrix<double, kGlobals, kGlobals>;
-
-	std::vector<Eigen::Matrix3d> scans;                                  //!< of each pose with itself
-	std::vector<Eigen::Matrix3d> motions;                                //!< of each pose with the next one
-	std::vector<Eigen::Matrix<double, 3, kGlobals>> scans_with_globals;  //!< of each pose with them
-	OfGlobals globals = OfGlobals::Zero();                               //!< with each other
-	Eigen::VectorXd gradient;                                            //!< of the globals, then of each pose
-	Eigen::MatrixXd groups;  //!< a column of the gradient for each scan and each motion; empty: not asked for
+	Eigen::MatrixXd matrix;
+	Eigen::VectorXd gradient;
+	Eigen::MatrixXd groups;  //!< a column of the gradient for each scan and each motion
 	double cost = 0;         //!< [nat]
 
-	explicit Normal(std::size_t scans);
-
-	/// Returns x with (matrix + damping * its diagonal) x = right, whose rows are those of the gradient.
+	/// Returns x with (matrix + damping * its diagonal) x = right.
 	Eigen::MatrixXd solve(const Eigen::MatrixXd& right, double damping) const;
 };
+
+/// Returns by how many standard deviations a motion of the laser differs from that of the odometry: along the way of
+/// the robot, across it, and in its turn. \param recorded motion of the robot
+/// \param of_poses [m] [rad] error of the poses, beside that of the odometry
+Eigen::Vector3d motion_error(
+    const Noise& noise, const Reading& reading, const Track::Recorded& recorded, const mrpt::math::TPose2D& from,
+    const mrpt::math::TPose2D& to, double of_poses);
 
 /// Returns whether scan k is followed by another one before odometry has gone astray.
 bool is_motion(const std::vector<FoundScan>& scans, std::size_t k);
@@ -135,7 +137,7 @@ class Problem
 	/// Returns a reading, and the scans as they were found, which was with the reading of the messages.
 	State start(const Reading& reading) const;
 
-	Normal normal(const State& state, bool with_groups = false);
+	Normal normal(const State& state);
 
 	/// Improves a state by the method of Levenberg and Marquardt. Returns its cost [nat].
 	double improve(State& state, int steps);
@@ -145,15 +147,8 @@ class Problem
 
 	bool is_motion(std::size_t k) const { return calibration::is_motion(scans_, k); }
 
-	/// Returns by how many standard deviations motion k between scans, as found, differs from that of the odometry:
-	/// along the way of the robot, across it, and in its turn. No value where there is no odometry.
-	/// \param of_poses [m] [rad] error of the poses, beside that of the odometry
+	/// Returns the error of motion k between scans, see above; no value where there is no odometry.
 	std::optional<Eigen::Vector3d> motion_error(const State& state, std::size_t k, double of_poses = 0) const;
-
-	/// Returns the same of a motion between two stamps [s].
-	std::optional<Eigen::Vector3d> motion_error(
-	    const Reading& reading, const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, double from_stamp,
-	    double to_stamp, double of_poses) const;
 
 	/// Returns motion k of the laser between scans, as found, minus that by the odometry; no value without odometry.
 	std::optional<mrpt::math::TPose2D> motion_off(const State& state, std::size_t k) const;
@@ -170,9 +165,16 @@ class Problem
 	WallDistance wall_at(const mrpt::math::TPose2D& laser, const Eigen::Vector2d& point);
 
    private:
-	Eigen::Vector3d motion_error(
-	    const Reading& reading, const Track::Recorded& recorded, const mrpt::math::TPose2D& from,
-	    const mrpt::math::TPose2D& to, double of_poses) const;
+	/// The sums of the returns of a scan: of its pose, of the unknowns of Point, and of State::offset.
+	struct WallSums
+	{
+		Eigen::Matrix<double, 7, 7> matrix = Eigen::Matrix<double, 7, 7>::Zero();
+		Eigen::Matrix<double, 7, 1> gradient = Eigen::Matrix<double, 7, 1>::Zero();
+		double cost = 0, explained = 0;  //!< [nat], [-] share of the returns that end at walls
+	};
+
+	/// \param bound [standard deviations] of a return
+	WallSums wall_sums(const mrpt::math::TPose2D& laser, const std::vector<Point>& seen, double offset, double bound);
 	State moved(State state, const Eigen::VectorXd& step) const;
 	void add_walls(const State& state, std::size_t k, Normal& sums);
 	void add_motion(const State& state, std::size_t k, Normal& sums) const;

@@ -95,7 +95,8 @@ struct Start
 };
 
 /// Returns the most likely readings by the motions between the scans as they were found, beside that of the messages.
-std::vector<Reading> likely_readings(const Problem& problem, const Reading& told, const Given& given)
+std::vector<Reading> likely_readings(
+    const Problem& problem, const Reading& told, const Given& given, bool is_clock_known)
 {
 	constexpr double kWidest = 5, kClockStep = 0.1, kYawStep = 5 * kDegree;  // [s], [s], [rad]
 	constexpr std::size_t kKept = 4, kStarts = 3;
@@ -105,7 +106,7 @@ std::vector<Reading> likely_readings(const Problem& problem, const Reading& told
 	std::vector<Start> by_turns;
 	const auto try_turns = [&](double clock, bool is_mirrored)
 	{
-		if (given.is_clock_known && clock != 0) return;
+		if (is_clock_known && clock != 0) return;
 		if (given.is_odometry_known && (is_mirrored || (clock != 0 && given.known[kStart]))) return;
 		const bool is_of_laser = given.is_odometry_known || std::abs(clock) < kLatest;
 		State state = found;
@@ -186,7 +187,7 @@ double refit(Problem& problem, State& state, int steps)
 	return problem.improve(state, steps);
 }
 
-State best_fit(Problem& problem, const Reading& told, const Given& given)
+State best_fit(Problem& problem, const Reading& told, const Given& given, bool is_clock_known)
 {
 	const auto fit_from = [&](const Reading& start)
 	{
@@ -205,7 +206,7 @@ State best_fit(Problem& problem, const Reading& told, const Given& given)
 		Fit other = fit_from(reading);
 		if (other.cost < best.cost) best = std::move(other);
 	};
-	for (const Reading& start : likely_readings(problem, told, given)) try_start(start);
+	for (const Reading& start : likely_readings(problem, told, given, is_clock_known)) try_start(start);
 	const Reading with_told_sweep = best.state.reading;
 	for (const double duration : {0.0, 0.1, -0.1, 0.2, -0.2})
 	{

@@ -39,5 +39,6 @@ Fit fit(Problem& problem, const Reading& reading);
 double refit(Problem& problem, State& state, int steps);
 
 /// Returns the state that fits best, of all starts.
-State best_fit(Problem& problem, const Reading& told, const Given& given);
+/// \param is_clock_known whether the odometry is of the clock of the scans
+State best_fit(Problem& problem, const Reading& told, const Given& given, bool is_clock_known);
 }  // namespace d2s1r::calibration

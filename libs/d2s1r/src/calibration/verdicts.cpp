@@ -15,7 +15,7 @@ namespace d2s1r::calibration
 Differences differences_of(Problem& problem, const State& state, const Reading& told)
 {
 	constexpr double kParameters = 6;  // [-] that scans are spent on, about
-	const Normal sums = problem.normal(state, true);
+	const Normal sums = problem.normal(state);
 	const Eigen::MatrixXd inverse =
 	    sums.solve(Eigen::MatrixXd::Identity(sums.gradient.size(), static_cast<Eigen::Index>(kUnknowns)), 0);
 	const Eigen::MatrixXd moves = inverse.transpose().lazyProduct(sums.groups);

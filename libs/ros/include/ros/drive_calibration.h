@@ -16,7 +16,7 @@ namespace d2s1r::ros
 struct Doubt
 {
 	std::string why;  //!< no pose counts as localized; empty: they do
-	/// [m^2, rad^2] That poses have beside their own: see calibration::contradiction_of() and uncertainty_of().
+	/// [m^2, rad^2] That poses have beside their own.
 	mrpt::math::CMatrixDouble33 covariance = mrpt::math::CMatrixDouble33::Zero();
 };
 
@@ -27,9 +27,13 @@ void apply(const Doubt& doubt, Localization& answer);
 /// Returns what two doubts mean together, as those of two lasers.
 Doubt both(const Doubt& a, const Doubt& b);
 
-/// Returns what it means for poses how well a drive shows where the laser is on the robot, if it is not where messages
-/// say.
-Doubt uncertainty_of(const calibration::Calibration& shown);
+/// Returns what it means for poses whether a drive agrees with how the laser is read, and else how well it shows where
+/// the laser is on the robot, if that is not where messages say.
+/// \param is_guessed whether only scans say where it is, see other_mountings()
+Doubt doubt_of(const calibration::Agreement& agreement, const calibration::Calibration& shown, bool is_guessed);
+
+/// Returns what is known for sure of a laser.
+calibration::Given known_by(const Overrides& given);
 
 /// Returns what messages say of a laser. \param laser its frame on the robot
 calibration::Reading told_reading(const mrpt::poses::CPose3D& laser, const SweepTime& sweep, const Overrides& given);

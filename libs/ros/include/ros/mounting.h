@@ -38,10 +38,6 @@ struct Mounting
 	Overrides over(Overrides given) const;
 };
 
-/// Says why poses are not certain before the drive agrees with a mounting that only scans show.
-inline constexpr const char* kGuessedMounting =
-    "scans fit if the laser is mounted otherwise than the messages say, and no drive shows where it looks";
-
 /// Returns the ways that may be right: scans are mirrored, the laser is level, beams that see the same in all scans are
 /// the robot itself, other fields have the angles. What is given stays as it is.
 /// \param scans of a robot that moves \param laser its frame on the robot

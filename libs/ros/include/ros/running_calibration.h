@@ -2,7 +2,6 @@
 // How a laser must be read, as the drive shows it while scans come.
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
@@ -65,10 +64,10 @@ class RunningCalibration
 	bool miss(const UncalibratedScan& scan, const Finder& is_found);
 
 	/// Returns whether the drive agrees with how the laser is read.
-	bool is_confirmed() const { return agreement_ == calibration::Agreement::kAgrees; }
+	bool is_confirmed() const { return agreement_.is_confirmed(); }
 
 	/// Returns whether the drive contradicts how the laser is read, and does not show how it must be.
-	bool is_contradicted() const { return agreement_ == calibration::Agreement::kContradicts; }
+	bool is_contradicted() const { return agreement_.is_contradicted; }
 
 	/// Returns what that means for poses.
 	Doubt doubt() const;
@@ -88,34 +87,29 @@ class RunningCalibration
 	bool take(const UncalibratedScan& scan);
 	void add_odometry(const Readings& readings, Time scan);
 	bool calibrate(const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest);
-	calibration::Given given_with(const UncalibratedScan& scan) const;
 	void mount(const Overrides& overrides);
 	void begin_trial(const UncalibratedScan& scan, const mrpt::poses::CPose3D& laser);
 	void tell(const std::vector<std::string>& contradictions);
 
 	Overrides given_, mounted_, in_use_;  //!< given; with the mounting by which scans are found; with what is shown
 	bool is_on_, is_odometry_known_;
-	std::optional<mrpt::poses::CPose2D> robot_;    //!< at the last scan, by the odometry
-	double way_ = 0, turn_ = 0;                    //!< [m], [rad] that the robot moved since it was switched on
-	double way_since_ = 0, turn_since_ = 0;        //!< the same since the last scan that was taken
-	std::optional<Time> taken_;                    //!< time of that scan
-	std::optional<mrpt::poses::CPose3D> laser_;    //!< of the scans, by the messages if it is not given
-	int moved_ = 0;                                //!< [-] times that this changed
-	calibration::Reading told_;                    //!< by the messages
-	std::optional<calibration::Reading> reading_;  //!< in use; no value: that of the messages
+	std::optional<mrpt::poses::CPose2D> robot_;      //!< at the last scan, by the odometry
+	double way_ = 0, turn_ = 0;                      //!< [m], [rad] that the robot moved since it was switched on
+	double way_since_ = 0, turn_since_ = 0;          //!< the same since the last scan that was taken
+	std::optional<Time> taken_;                      //!< time of that scan
+	std::optional<mrpt::poses::CPose3D> laser_;      //!< of the scans, by the messages if it is not given
+	int moved_ = 0;                                  //!< [-] times that this changed
+	calibration::Reading told_;                      //!< by the messages
+	std::optional<calibration::Calibration> found_;  //!< what is in use; no value: what the messages say
 	std::vector<std::pair<const Grid*, calibration::FoundScan>> scans_;
 	std::vector<UncalibratedScan> missed_;
 	std::vector<Mounting> mountings_;    //!< by which these are tried
 	std::vector<std::size_t> found_by_;  //!< [-] of them by each that has been tried
 	std::vector<TimedPose> odometry_;
-	std::deque<Time> stamps_;                             //!< of the last scans
-	std::size_t with_scans_ = 0;                          //!< [-] readings of the odometry that have the time of a scan
+	std::vector<double> stamps_;                          //!< [s] of the last scans
 	std::size_t next_ = kFirst, next_mounting_ = kFirst;  //!< [-] scans, found and missed, with which it looks again
-	calibration::Agreement agreement_ = calibration::Agreement::kNotShown;
-	bool is_yaw_shown_ = false;                  //!< by the drive, also by turns that are too small for an agreement
-	mrpt::math::CMatrixDouble33 contradiction_;  //!< see Doubt
-	Doubt uncertainty_;                          //!< of what is shown
-	std::string mounting_;                       //!< by which scans are found, for people; empty: as it is told
-	std::string shown_;                          //!< what the drive contradicts; empty: nothing
+	calibration::Agreement agreement_;
+	std::string mounting_;  //!< by which scans are found, for people; empty: as it is told
+	std::string shown_;     //!< what the drive contradicts; empty: nothing
 };
 }  // namespace d2s1r::ros
