@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -50,17 +51,34 @@ class CoarseSearch : public testing::Test
 		return beam.is_return ? std::min(expected - greatest, most) : 0;
 	}
 
-	/// Mean truncated difference of an aligned scan and position `i` turned by `shift` directions, beam by beam.
-	double literal_cost(const Scan& scan, std::size_t i, int shift) const
+	/// A beam of an aligned scan: its direction, and its difference from each range [step] that a map may expect.
+	struct LiteralBeam
 	{
-		int sum = 0;
+		std::size_t direction;
+		std::array<int, 256> differences;
+	};
+
+	std::vector<LiteralBeam> literal_beams(const Scan& scan) const
+	{
+		std::vector<LiteralBeam> beams;
 		for (const Beam& beam : scan.beams)
 		{
-			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
-			const int expected = rows_[i * static_cast<std::size_t>(profiles_.directions) + direction];
-			sum += literal_difference(beam, expected);
+			beams.push_back({direction_of(beam, 0, profiles_.directions), {}});
+			for (int expected = 0; expected < 256; expected++)
+				beams.back().differences[static_cast<std::size_t>(expected)] = literal_difference(beam, expected);
 		}
-		return static_cast<double>(sum) / static_cast<double>(scan.beams.size());
+		return beams;
+	}
+
+	/// Mean truncated difference of an aligned scan and position `i` turned by `shift` directions, beam by beam.
+	double literal_cost(const std::vector<LiteralBeam>& beams, std::size_t i, int shift) const
+	{
+		const auto directions = static_cast<std::size_t>(profiles_.directions);
+		const std::uint8_t* row = rows_.data() + i * directions;
+		int sum = 0;
+		for (const LiteralBeam& beam : beams)
+			sum += beam.differences[row[(beam.direction + static_cast<std::size_t>(shift)) % directions]];
+		return static_cast<double>(sum) / static_cast<double>(beams.size());
 	}
 
 	/// Where a candidate lies among the profiles: its position and its shift.
@@ -155,10 +173,11 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, first, count);
 		const auto candidates = coarse_search(profiles_, scan, parameters_);
 		ASSERT_FALSE(candidates.empty());
+		const auto beams = literal_beams(scan);
 		double least = 1e9;
 		for (std::size_t i = 0; i < profiles_.size(); i++)
 			for (int shift = 0; shift < profiles_.directions; shift++)
-				least = std::min(least, literal_cost(scan, i, shift));
+				least = std::min(least, literal_cost(beams, i, shift));
 		EXPECT_DOUBLE_EQ(candidates.front().cost, least);
 	}
 }
@@ -182,6 +201,7 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 			           turn_between(other.pose, pose) < 3 * 360.0 / profiles_.directions;
 		    });
 	};
+	const auto beams = literal_beams(scan);
 	std::size_t others = 0;
 	for (const Candidate& candidate : candidates)
 	{
@@ -189,7 +209,7 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 		const auto after = std::upper_bound(profiles_.first_of_group.begin(), profiles_.first_of_group.end(), position);
 		for (std::size_t i = *(after - 1); i < *after; i++)
 		{
-			const double cost = literal_cost(scan, i, shift);
+			const double cost = literal_cost(beams, i, shift);
 			if (cost >= candidate.cost) continue;
 			others++;
 			const mrpt::math::TPose2D pose{profiles_.x(i), profiles_.y(i), candidate.pose.phi};
@@ -282,10 +302,11 @@ TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
 {
 	Scan scan = aligned_scan(grid_, profiles_.directions, {6.3, 8.2, -1.9}, 20, 100);
 	block(scan, 30, 20, 0.5F);
+	const auto beams = literal_beams(scan);
 	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
 	{
 		const auto [i, shift] = pair_of(candidate);
-		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(scan, i, shift));
+		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(beams, i, shift));
 	}
 }
 
@@ -299,11 +320,12 @@ TEST_F(CoarseSearch, ABeamWithoutReturnSaysThatNothingIsNear)
 		half.beams[i].is_return = false;
 	}
 	const auto candidates = coarse_search(profiles_, half, parameters_);
+	const auto beams = literal_beams(half);
 	ASSERT_FALSE(candidates.empty());
 	for (const Candidate& candidate : candidates)
 	{
 		const auto [i, shift] = pair_of(candidate);
-		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(half, i, shift));
+		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(beams, i, shift));
 	}
 }
 

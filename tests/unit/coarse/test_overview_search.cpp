@@ -79,6 +79,10 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 		int wanted;
 		double hopeless;
 	};
+	std::map<std::pair<std::size_t, int>, int> costs;  // by group and shift
+	for (std::size_t group = 0; group < profiles_.groups(); group++)
+		for (int shift = 0; shift < profiles_.directions; shift++)
+			costs[{group, shift}] = literal_cost(scan, group, shift);
 	for (const auto& [wanted, hopeless] : {Case{3, 1e6}, {50, 1e6}, {1000, 1e6}, {20000, 1e6}, {20000, 3}})
 	{
 		parameters_.max_pairs = wanted;
@@ -90,16 +94,14 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 			EXPECT_TRUE(seen.insert({key, static_cast<int>(pair.cost)}).second) << "found twice";
 		}
 		std::map<int, std::size_t> pairs_of_cost, seen_of_cost;
-		for (std::size_t group = 0; group < profiles_.groups(); group++)
-			for (int shift = 0; shift < profiles_.directions; shift++)
-			{
-				const int cost = literal_cost(scan, group, shift);
-				pairs_of_cost[cost]++;
-				const auto found = seen.find({group, shift});
-				if (found == seen.end()) continue;
-				EXPECT_EQ(found->second, cost);
-				seen_of_cost[cost]++;
-			}
+		for (const auto& [pair, cost] : costs)
+		{
+			pairs_of_cost[cost]++;
+			const auto found = seen.find(pair);
+			if (found == seen.end()) continue;
+			EXPECT_EQ(found->second, cost);
+			seen_of_cost[cost]++;
+		}
 		const double dearest =
 		    pairs_of_cost.begin()->first + hopeless * std::sqrt(static_cast<double>(scan.beams.size()));
 		std::size_t below = 0;
