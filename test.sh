@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds everything and runs all tests, then the unit tests once more under AddressSanitizer and
+# Builds everything and runs all tests, then with Clang the unit tests once more under AddressSanitizer and
 # UndefinedBehaviorSanitizer, and with them each fuzz target for 10 s. Takes a bare Debian 12 machine (root, or a user with
 # sudo, who is asked first) to a result.
 set -euo pipefail

@@ -164,9 +164,9 @@ TEST(Atlas, TwoFloorsThatAreAlikeShareTheProbability)
 TEST(Atlas, AScanIsFoundAmongManyMapsAsInItsOwn)
 {
 	std::vector<AtlasMap> maps = {{"annex", annex_localizer()}};
-	for (int i = 0; i < 20; i++)  // rooms of many sizes
+	for (std::size_t i = 0; i < 20; i++)  // rooms of many sizes
 	{
-		std::vector<std::string> rows(static_cast<std::size_t>(8 + i % 5), "#" + std::string(8 + i, '.') + "#");
+		std::vector<std::string> rows(8 + i % 5, "#" + std::string(8 + i, '.') + "#");
 		rows.front() = rows.back() = std::string(10 + i, '#');
 		maps.push_back({std::to_string(i), localizer_of(make_building(rows))});
 	}

@@ -38,8 +38,9 @@ std::vector<std::string> split(const std::string& line, char separator)
 std::string lower_word(const std::string& text)
 {
 	std::string word;
-	for (const unsigned char c : text)
-		if (std::isspace(c) == 0) word += static_cast<char>(std::tolower(c));
+	for (const char c : text)
+		if (const auto code = static_cast<unsigned char>(c); std::isspace(code) == 0)
+			word += static_cast<char>(std::tolower(code));
 	return word;
 }
 

@@ -75,7 +75,7 @@ TEST_P(EndPoints, SumsOfThreeUnknownsAndTheFitAloneAreThoseOfFour)
 		const EndPointSums<4> four = sum_end_points(field_, returns, sensor, 0, 0.1);
 		const EndPointSums<3> three = sum_end_points(field_, returns, sensor, 0.1);
 		std::size_t next = 0;
-		for (const std::size_t of_four : {0, 1, 2, 4, 5, 7})
+		for (const std::size_t of_four : {0U, 1U, 2U, 4U, 5U, 7U})
 			EXPECT_EQ(three.information[next++], four.information[of_four]) << of_four;
 		for (std::size_t k = 0; k < 3; k++) EXPECT_EQ(three.gradient[k], four.gradient[k]) << k;
 		EXPECT_EQ(three.fit, four.fit);

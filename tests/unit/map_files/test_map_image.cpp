@@ -129,7 +129,7 @@ TEST(MapImage, ColourAndTransparency)
 {
 	const TempFolder folder;
 	mrpt::img::CImage colour(2, 1, mrpt::img::CH_RGB);
-	for (std::int8_t channel = 0; channel < 3; channel++)  // white, and 60 of one colour, whichever that is
+	for (unsigned channel = 0; channel < 3; channel++)  // white, and 60 of one colour, whichever that is
 	{
 		colour.at<std::uint8_t>(0, 0, channel) = 255;
 		colour.at<std::uint8_t>(1, 0, channel) = channel == 0 ? 60 : 0;

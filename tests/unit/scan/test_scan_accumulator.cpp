@@ -200,7 +200,7 @@ TEST_F(TurningRobot, NothingSeenIsNoScan)
 TEST_F(TurningRobot, RefusesValuesThatMakeNoSense)
 {
 	EXPECT_THROW(ScanAccumulator(7), std::invalid_argument);
-	EXPECT_THROW(ScanAccumulator(std::numeric_limits<int>::max()), std::invalid_argument);
+	EXPECT_THROW(ScanAccumulator{std::numeric_limits<int>::max()}, std::invalid_argument);
 	EXPECT_THROW(ScanAccumulator(360, 0), std::invalid_argument);
 }
 

@@ -16,7 +16,7 @@ using mrpt::math::wrapToPi;
 
 namespace
 {
-constexpr int kSteps = 15, kFewSteps = 5;  // of the method of Levenberg and Marquardt
+constexpr int kMostSteps = 15, kFewSteps = 5;  // of the method of Levenberg and Marquardt
 constexpr Unknowns kOfWheels = {false, false, false, false, false, false, false, true, true};  // which no message tells
 }  // namespace
 
@@ -332,9 +332,9 @@ Calibration calibrate(
 	if (!result.is_confirmed)
 	{
 		problem.noise = {};
-		all = solved(problem, best_fit(problem, in_unit, given, is_clock_known), in_unit, kSteps);
+		all = solved(problem, best_fit(problem, in_unit, given, is_clock_known), in_unit, kMostSteps);
 		if (all.wheels.are_absurd && is_other_odometry(all.state.reading, in_unit))  // which such wheels do not show
-			all = solved(problem, fit(problem, in_unit).state, in_unit, kSteps);
+			all = solved(problem, fit(problem, in_unit).state, in_unit, kMostSteps);
 	}
 	known = not_shown_by(all, known);
 	const Differences& differences = all.differences;
@@ -352,14 +352,14 @@ Calibration calibrate(
 	if (result.is_confirmed)
 		problem.improve(shown, 1);  // which changes next to nothing
 	else
-		refit(problem, shown, kSteps);
+		refit(problem, shown, kMostSteps);
 	result.after = result.before = residuals_of(problem, shown);
 	result.motions = result.after.ways.size();
 	if (changed != kOfWheels || is_other_odometry(shown.reading, in_unit))
 	{
 		problem.is_free = kOfWheels;
 		State as_messages_say = problem.start(in_unit);
-		refit(problem, as_messages_say, kSteps);
+		refit(problem, as_messages_say, kMostSteps);
 		result.before = residuals_of(problem, as_messages_say);
 		if (is_other_odometry(shown.reading, in_unit))
 			result.odometry_log_odds =

@@ -46,7 +46,7 @@ std::vector<float> WallField::make_tile(int tile_column, int tile_row) const
 			for (std::size_t i = 0; i < kTile; i++)
 			{
 				const std::int16_t v = std::min(along[i + kReach - u], along[i + kReach + u]);
-				squares[i] = std::min(squares[i], static_cast<std::int16_t>(u * u + v * v));
+				squares[i] = std::min(squares[i], static_cast<std::int16_t>(static_cast<int>(u * u) + v * v));
 			}
 		return squares;
 	};

@@ -93,8 +93,8 @@ TEST(SelectFrames, EndsWithTheLogAndCountsInSteps)
 {
 	const FrameSelection some = selection_of(1, 100, 3);
 	EXPECT_EQ(some.size(), 3U);
-	for (const std::size_t frame : {1, 4, 7}) EXPECT_TRUE(some.contains(frame)) << frame;
-	for (const std::size_t frame : {0, 2, 3, 5, 6, 8, 10}) EXPECT_FALSE(some.contains(frame)) << frame;
+	for (const std::size_t frame : {1U, 4U, 7U}) EXPECT_TRUE(some.contains(frame)) << frame;
+	for (const std::size_t frame : {0U, 2U, 3U, 5U, 6U, 8U, 10U}) EXPECT_FALSE(some.contains(frame)) << frame;
 	EXPECT_EQ(selection_of(0, 9, 1).size(), 9U);
 	EXPECT_EQ(selection_of(8, 9, 5).size(), 1U);
 }
