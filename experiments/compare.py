@@ -60,6 +60,7 @@ class Job:
     def name(self):
         words = [self.site.name, self.method, f"n{self.most}"]
         words += [f"r{self.reading.max_range:g}-{self.reading.no_return}"] if self.reading else []
+        words += ["in", self.site.map_file.parent.name] if self.site.map_file.parent != self.site.folder else []
         return "-".join(words)
 
     def run(self, runner, folder):

@@ -173,8 +173,7 @@ def data(comparison, results):
         if job.method != methods.DEFAULT:
             continue
         case, facts = job.site, result.value.facts
-        doubtful = sum(doubtful for _, doubtful in case.knowledge("").values())
-        rows.append([case.name, case.map_file.name, case.log.name, case.truth_of.name, str(facts["scans"]), str(doubtful),
+        rows.append([case.name, case.map_file.name, case.log.name, case.truth_of.name, str(facts["scans"]), str(case.contradicted),
                      f"{facts['field_of_view']:.0f}°", f"{facts['max_range']:g} m; {facts['longest']:g} m"])
     return tables.table("Data", "Scans whose truth the log itself contradicts are left out, as far as the site says so.",
                         ["site", "map", "log", "truth", "scans", "of these left out", "field of view",

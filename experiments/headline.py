@@ -2,9 +2,9 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Measures README's table and writes it: headline.py [--write README.md] [--times]
 
-Runs rawlog-localize on all recorded scans of the sites below D2S1R_DATA. With --write the table, and the fingerprint of the
-answers that it is about, replace those between the marks in README; with --times the table of times, too, which asks for a
-machine that does nothing else. Scans whose truth the log itself contradicts are left out.
+Its rows are what compare.py finds of d2s1r on all recorded scans of the sites below D2S1R_DATA. With --write the table, and the
+fingerprint of the answers that it is about, replace those between the marks in README; with --times the table of times, too,
+which asks for a machine that does nothing else. Scans whose truth the log itself contradicts are left out.
 """
 import argparse
 import dataclasses
@@ -15,9 +15,11 @@ import subprocess
 import sys
 import tempfile
 
+import compare
 import fingerprint
 import intervals
 import measures
+import methods
 import runs
 import sites
 
@@ -40,7 +42,7 @@ ROWS = [
     Row("mines_runs: a cluttered classroom, 240°, reach 4 m", ("mines_runs",)),
     Row("mines_other_day: the same on another day", ("mines_other_day",)),
     Row("intel in the map of mit_csail: fits nowhere", ("intel",), "mit_csail")]
-SET = "test"
+ALL, WITHIN = 100000, 0.3  # [scans] and [m], as compare.py has them
 BEGIN, END = "<!-- headline.py writes what follows -->", "<!-- until here -->"
 TIMES_PAGE = pathlib.Path(__file__).parent / "README.md"
 BEGIN_TIMES, END_TIMES = "<!-- headline.py --times writes what follows -->", "<!-- until here, times -->"
@@ -48,29 +50,10 @@ COLUMNS = ["building", "scans", "success", "localized", "of these, right", "scan
            "mean error"]
 
 
-@dataclasses.dataclass(frozen=True)
-class Run:
-    """A site in a map."""
-    site: sites.Site
-    other: sites.Site = None
-
-    scans = SET
-    position = 0.3  # [m] greatest error of a success
-
-    @property
-    def map_site(self):
-        return self.other
-
-    def frames(self, program, most):
-        """[runs.Frame]"""
-        with tempfile.TemporaryDirectory() as out:
-            command = [program, "-q", "-m", (self.other or self.site).map(SET), "-i", self.site.folder / f"{SET}.rawlog", "-o", out,
-                       "-c", fingerprint.PROJECT / "share/d2s1r/config/default.ini", "--no-rawlog"]
-            if most:
-                command += ["--frames", f"::{max(1, len(self.site.truth(SET)) // most)}"]
-            if status := subprocess.run(list(map(str, command))).returncode:  # which has said why
-                sys.exit(f"headline.py: {self.site.name}: rawlog-localize ended with status {status}")
-            return runs.read_frames(pathlib.Path(out) / "frames.csv", self)
+def jobs_of(row, folder, most):
+    """compare.Job of each site"""
+    other = {"map_file": sites.case(folder / row.other).map_file} if row.other else {}
+    return [compare.Job(sites.case(folder / site, **other), methods.DEFAULT, most, WITHIN) for site in row.sites]
 
 
 def share(drives):
@@ -117,10 +100,9 @@ def worst(results):
             f"{doubtful} ({sum(sure)} of {len(sure)}).")
 
 
-def left_out(rows, folder):
-    """A sentence on the scans whose truth the log itself contradicts."""
-    doubtful = {name: sum(doubtful for _, doubtful in sites.Site(name, folder / name).knowledge(SET).values())
-                for row in rows if not row.other for name in row.sites}
+def left_out(results):
+    """A sentence on the scans whose truth the log itself contradicts; the argument: {row: [compare.Job]}"""
+    doubtful = {job.site.name: job.site.contradicted for row, jobs in results.items() if not row.other for job in jobs}
     named = [name for name in sorted(doubtful, key=doubtful.get, reverse=True)[:3] if doubtful[name]]
     rest = sum(doubtful.values()) - sum(doubtful[name] for name in named)
     if not named:
@@ -156,16 +138,23 @@ def replaced(text, begin, end, lines):
     return text[:text.index(begin) + len(begin)] + "\n\n" + "\n".join(lines) + "\n\n" + text[text.index(end):]
 
 
+def measured(jobs, arguments):
+    """{job: frames}; times are those of now, of one program at a time"""
+    with tempfile.TemporaryDirectory() as folder:
+        store = pathlib.Path(folder) / "store" if arguments.times else arguments.store
+        runner = runs.Runner(arguments.build, fingerprint.PROJECT / "share/d2s1r/config", pathlib.Path(folder), store)
+        return {job: result.value.frames for job, result in runner.run_all(jobs, 1 if arguments.times else 2).items()}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=fingerprint.PROJECT / "build/release", help="build folder")
+    parser.add_argument("--store", type=pathlib.Path, default=fingerprint.PROJECT / "build/experiments",
+                        help="folder of results of single runs, which compare.py has, too")
     parser.add_argument("--write", type=pathlib.Path)
     parser.add_argument("--times", action="store_true", help="write the table of times, too")
     parser.add_argument("--frames", type=int, help="scans of a site, at most, evenly spread: for a try, which is not written")
     arguments = parser.parse_args()
-    program = arguments.build / "apps/rawlog-localize/rawlog-localize"
-    if not os.access(program, os.X_OK):
-        sys.exit(f"headline.py: {program}: is no program; build it, and name the build folder by --build")
     if arguments.frames and arguments.write:
         sys.exit("headline.py: --frames is for a try; README's table is of all scans")
     folder = sites.default_folder(fingerprint.PROJECT)
@@ -177,11 +166,15 @@ def main():
         sys.exit(f"headline.py: {folder} lacks {', '.join(sorted(missing))}; set D2S1R_DATA to the folder of the sites")
     for name in sorted(missing):
         print(f"headline.py: {folder} holds no {name}: its row is left out", file=sys.stderr)
-    results = {row: [Run(sites.Site(site, folder / site), row.other and sites.Site(row.other, folder / row.other)).frames(
-        program, arguments.frames) for site in row.sites] for row in rows}
-    lines = [*table(COLUMNS, [table_row(row, drives) for row, drives in results.items()]), "", worst(results), left_out(rows, folder), "",
+    try:
+        jobs = {row: jobs_of(row, folder, arguments.frames or ALL) for row in rows}
+    except ValueError as problem:
+        sys.exit(f"headline.py: {problem}")
+    frames = measured([job for of_row in jobs.values() for job in of_row], arguments)
+    results = {row: [frames[job] for job in of_row] for row, of_row in jobs.items()}
+    lines = [*table(COLUMNS, [table_row(row, drives) for row, drives in results.items()]), "", worst(results), left_out(jobs), "",
              f"Measured by `experiments/headline.py` at commit {runs.commit()}.", "", fingerprint.stamp(arguments.build)]
-    times = times_table(results, program, load) if arguments.times else []
+    times = times_table(results, arguments.build / "apps/rawlog-localize/rawlog-localize", load) if arguments.times else []
     print("\n".join([*lines, "", *times]))
     if arguments.write:
         arguments.write.write_text(replaced(arguments.write.read_text(), BEGIN, END, lines))

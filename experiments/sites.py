@@ -134,6 +134,11 @@ class Case:
         return read_knowledge(self.folder / f"{self.log.stem}_scans.csv")
 
     @property
+    def contradicted(self):
+        """[scans] whose truth the log contradicts"""
+        return sum(doubtful for _, doubtful in self.knowledge("").values())
+
+    @property
     def keyframes(self):
         """(log, truth) of the drive that built the map; None if they are not here."""
         built_by = Site(self.name, self.folder)
