@@ -363,7 +363,7 @@ Calibration calibrate(
 		result.before = residuals_of(problem, as_messages_say);
 		if (is_other_odometry(shown.reading, in_unit))
 			result.odometry_log_odds =
-			    std::max(kClear, motion_costs(problem, as_messages_say).first - motion_costs(problem, shown).first);
+			    std::max(kClear, motion_cost(problem, as_messages_say) - motion_cost(problem, shown));
 	}
 
 	result.shown = shown.reading;

@@ -132,6 +132,8 @@ class Problem
 	Noise noise;
 
 	const Reading& told() const { return told_; }
+	const std::vector<FoundScan>& found() const { return scans_; }
+	const Track& track() const { return track_; }
 	std::size_t scans() const { return scans_.size(); }
 
 	/// Returns a reading, and the scans as they were found, which was with the reading of the messages.

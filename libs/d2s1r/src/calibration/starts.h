@@ -2,7 +2,7 @@
 // Where the least squares of a drive start, and where they end.
 #pragma once
 
-#include <utility>
+#include <optional>
 #include <vector>
 
 #include "calibration/drive_problem.h"
@@ -13,14 +13,26 @@ constexpr double kClear = 10;  //!< [nat] of log-odds that contradict the messag
 
 double median_of(std::vector<double> values);
 
-/// Returns a reading with the unit of the odometry's ways, where these are more than five times too short or too long.
+/// Where the motions between scans show the laser, in closed form, and how far the odometry's ways are off.
+struct HandEye
+{
+	mrpt::math::TPose2D laser;  //!< on the robot, m and rad
+	double way_factor;          //!< [-]
+	double deviation;           //!< [-] of way_factor
+	std::size_t motions;        //!< [-] that it rests on
+};
+
 /// As complex numbers, a laser at t, turned by phi, moves by a d + b (exp(i turn) - 1) if the odometry moves by d,
 /// where |a| is the factor of the ways, a = |a| exp(-i phi) and b = t exp(-i phi). It minimizes Huber's loss of the
-/// differences, which is quadratic up to 2 cm, with a prior of 0.5 m on b; six motions at least.
+/// differences, which is quadratic up to 2 cm, with a prior of 0.5 m on b. No value if the robot does not move.
+std::optional<HandEye> hand_eye(const Reading& reading, const std::vector<FoundScan>& scans, const Track& track);
+
+/// Returns a reading with the unit of the odometry's ways, where six motions at least show that these are more than
+/// five times too short or too long.
 Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, const Track& track);
 
-/// Returns the costs [nat] of the motions of a state: of all, and of their turns only.
-std::pair<double, double> motion_costs(const Problem& problem, const State& state);
+/// Returns the cost [nat] of the motions of a state.
+double motion_cost(const Problem& problem, const State& state);
 
 /// Learns from a state how large the errors of the odometry are.
 void learn_noise(Problem& problem, const State& state);
