@@ -13,6 +13,7 @@
 
 #include D2S1R_UNPACKING
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 namespace d2s1r::test
@@ -141,6 +142,21 @@ void save_gridmap(const Grid& grid, const std::string& file)
 	mrpt::io::CFileGZOutputStream stream(file);
 	auto archive = mrpt::serialization::archiveFrom(stream);
 	archive << *make_mrpt_map(grid);
+}
+
+void save_map(const Grid& grid, const std::string& file)
+{
+	std::ofstream image(file + ".pgm", std::ios::binary);
+	image << "P5 " << grid.width << ' ' << grid.height << " 255\n";
+	for (int row = grid.height - 1; row >= 0; row--)
+		for (int column = 0; column < grid.width; column++)
+		{
+			const Cell cell = grid.at(column, row);
+			image << (cell == Cell::kOccupied ? '\0' : cell == Cell::kFree ? '\xfe' : '\xcd');
+		}
+	std::ofstream(file) << "image: " << std::filesystem::path(file).filename().string()
+	                    << ".pgm\nresolution: " << grid.cell_size << "\norigin: [" << grid.origin_x << ", "
+	                    << grid.origin_y << ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 }
 
 void save_truth(const std::string& file, bool seven_columns)

@@ -14,13 +14,13 @@ class AppBadOutput : public AppTest
    protected:
 	AppBadOutput()
 	{
-		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save_map(flat(), path("flat.yaml"));
 		save(observation_log(), path("walk.rawlog"));
 	}
 
 	void expect_bad_folder(const std::string& folder) const
 	{
-		expect_refusal({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", folder}, 3, {folder});
+		expect_refusal({"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", folder}, 3, {folder});
 	}
 };
 
@@ -37,14 +37,14 @@ TEST_F(AppBadOutput, OutputFolderThatMayNotBeMade)
 	fs::create_directory(path("locked"));
 	fs::permissions(path("locked"), fs::perms::none);
 	expect_refused(
-	    run_as_ordinary_user({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("locked/out")}), 3,
+	    run_as_ordinary_user({"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("locked/out")}), 3,
 	    {path("locked/out") + ": cannot be made (Permission denied)"});
 }
 
 TEST_F(AppBadOutput, OutputFolderWithAFolderInTheWayOfAFile)
 {
 	fs::create_directories(path("out/map.png/full"));
-	const auto result = run({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-q"});
+	const auto result = run({"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("out"), "-q"});
 	EXPECT_EQ(result.status, 3);
 	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
 	EXPECT_NE(result.err.find("map.png"), std::string::npos) << result.err;
@@ -58,7 +58,7 @@ TEST_F(AppBadOutput, DiskThatFillsUpAtAnyFile)
 		{
 			fs::remove_all(path("out"));
 			const std::string command = "trap '' XFSZ; ulimit -f " + std::to_string(size) +
-			                            "; exec " RAWLOG_LOCALIZE " -m " + path("flat.gridmap.gz") + " -i " +
+			                            "; exec " RAWLOG_LOCALIZE " -m " + path("flat.yaml") + " -i " +
 			                            path("walk.rawlog") + " -o " + path("out") + option;
 			const auto result = run_program({"bash", "-c", command});
 			if (result.status == 0) break;
@@ -83,7 +83,7 @@ TEST_F(AppBadOutput, DiskThatFillsUpAtAnyFileOfThePipeline)
 		const std::string command = mrpt::format(
 		    "mount -t tmpfs -o size=%dk tmpfs %s || exit 77; " RAWLOG_LOCALIZE
 		    " -q -m %s -i %s -o %s --write-pf-ini %s/pf.ini; status=$?; cp -a %s %s; exit $status",
-		    4 * pages, path("small").c_str(), path("flat.gridmap.gz").c_str(), path("walk.rawlog").c_str(),
+		    4 * pages, path("small").c_str(), path("flat.yaml").c_str(), path("walk.rawlog").c_str(),
 		    path("out").c_str(), path("small").c_str(), path("small").c_str(), path("copy").c_str());
 		fs::remove_all(path("copy"));
 		const auto result = run_program({"unshare", "--map-root-user", "--mount", "bash", "-c", command});
@@ -126,7 +126,7 @@ TEST_F(AppBadOutput, WhereTheMessagesGoIsNotReplaced)
 
 TEST_F(AppBadOutput, AFileThatMayNotGrowIsNamed)
 {
-	const std::string command = "ulimit -f 1; " RAWLOG_LOCALIZE " -q -m " + path("flat.gridmap.gz") + " -i " +
+	const std::string command = "ulimit -f 1; " RAWLOG_LOCALIZE " -q -m " + path("flat.yaml") + " -i " +
 	                            path("walk.rawlog") + " -o " + path("out");
 	expect_refused(run_program({"bash", "-c", command}), 3, {path("out"), "File too large"});
 	EXPECT_FALSE(fs::exists(path("out")));
@@ -152,7 +152,7 @@ TEST_F(AppBadOutput, LinksStayAndTheirTargetsAreReplaced)
 TEST_F(AppBadOutput, StandardOutputThatTakesNothing)
 {
 	const std::string command =
-	    RAWLOG_LOCALIZE " -m " + path("flat.gridmap.gz") + " -i " + path("walk.rawlog") + " -o " + path("out");
+	    RAWLOG_LOCALIZE " -m " + path("flat.yaml") + " -i " + path("walk.rawlog") + " -o " + path("out");
 	for (const std::string redirection : {" > /dev/full", " >&-", " -q > /dev/full"})
 	{
 		fs::remove_all(path("out"));
@@ -173,7 +173,7 @@ TEST_F(AppBadOutput, PipesThatNobodyReadsCostNoResults)
 {
 	const std::string start = pipe_that_nobody_reads() + "exec ";
 	const std::string command =
-	    RAWLOG_LOCALIZE " -m " + path("flat.gridmap.gz") + " -i " + path("walk.rawlog") + " -o " + path("out");
+	    RAWLOG_LOCALIZE " -m " + path("flat.yaml") + " -i " + path("walk.rawlog") + " -o " + path("out");
 	for (const auto& [redirection, status] : {std::pair(" >&4", 3), {" 2>&4", 0}, {" >&4 2>&1", 3}})
 	{
 		fs::remove_all(path("out"));

@@ -20,12 +20,12 @@ struct Score
 class AppCalibration : public AppTest
 {
    protected:
-	AppCalibration() { save_gridmap(make_floor(), path("floor.gridmap.gz")); }
+	AppCalibration() { save_map(make_floor(), path("floor.yaml")); }
 
 	Score score_of(const ToldDrive& told, const Words& more = {})
 	{
 		write_file(path("log.mcap"), mcap_file(messages_of(told)));
-		Words words = {"-m", path("floor.gridmap.gz"), "-i", path("log.mcap"), "--stream", "--sensor-label", "/scan"};
+		Words words = {"-m", path("floor.yaml"), "-i", path("log.mcap"), "--stream", "--sensor-label", "/scan"};
 		words.insert(words.end(), more.begin(), more.end());
 		const ProcessResult result = run(words);
 		EXPECT_EQ(result.status, 0) << result.err;

@@ -23,7 +23,7 @@ class AppCheck : public AppTest
    protected:
 	void SetUp() override
 	{
-		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save_map(flat(), path("flat.yaml"));
 		save(observation_log(), path("in.rawlog"));
 	}
 
@@ -38,7 +38,7 @@ class AppCheck : public AppTest
 
 	CsvTable check(const Words& more = {}) const
 	{
-		Words words = {"-q",        "-m",      path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o",
+		Words words = {"-q",        "-m",      path("flat.yaml"),  "-i", path("in.rawlog"), "-o",
 		               path("out"), "--check", path("tracker.txt")};
 		words.insert(words.end(), more.begin(), more.end());
 		const auto result = run(words);
@@ -93,7 +93,7 @@ TEST_F(AppCheck, TheStreamTellsTheVerdicts)
 {
 	save_tracker();
 	const auto result =
-	    run({"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "--stream", "--check", path("tracker.txt")});
+	    run({"-m", path("flat.yaml"), "-i", path("in.rawlog"), "--stream", "--check", path("tracker.txt")});
 	ASSERT_EQ(result.status, 0) << result.err;
 	const auto lines = lines_of(result.out);
 	ASSERT_EQ(lines.size(), walk().size());
@@ -104,7 +104,7 @@ TEST_F(AppCheck, TheStreamTellsTheVerdicts)
 TEST_F(AppCheck, WhatMakesNoSenseIsRefused)
 {
 	save_tracker();
-	const Words good = {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out")};
+	const Words good = {"-m", path("flat.yaml"), "-i", path("in.rawlog"), "-o", path("out")};
 	const auto refused = [&](const Words& more, int status, const Words& parts)
 	{
 		Words words = good;
@@ -117,5 +117,5 @@ TEST_F(AppCheck, WhatMakesNoSenseIsRefused)
 	for (const char* watch : {"0,0.4", "1.5,0.4", "4,0", "4", "1e9,1"})
 		refused({"--check", path("tracker.txt"), "--watch", watch}, 1, {"--watch", watch});
 	refused({"--check", path("tracker.txt"), "--diagnose"}, 1, {"--check", "--diagnose"});
-	refused({"--check", path("tracker.txt"), "-m", path("flat.gridmap.gz")}, 1, {"--check", "several maps"});
+	refused({"--check", path("tracker.txt"), "-m", path("flat.yaml")}, 1, {"--check", "several maps"});
 }

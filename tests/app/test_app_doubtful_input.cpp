@@ -25,7 +25,7 @@ using Alter = std::function<void(MadeScan&)>;
 class AppDoubtfulInput : public AppTest
 {
    protected:
-	AppDoubtfulInput() { save_gridmap(flat(), path("flat.gridmap.gz")); }
+	AppDoubtfulInput() { save_map(flat(), path("flat.yaml")); }
 
 	/// Saves the walk with altered messages, and a laser of a given pose on the robot.
 	void save_walk(const Alter& alter, const MadeTransform& laser = {"base_link", "laser", 0.1, 0, 0.2})
@@ -84,7 +84,7 @@ class AppDoubtfulInput : public AppTest
 		map_ = "map.yaml";
 	}
 
-	std::string map_ = "flat.gridmap.gz";
+	std::string map_ = "flat.yaml";
 };
 
 TEST_F(AppDoubtfulInput, RangesOfALaserThatAreNone)
@@ -269,7 +269,7 @@ MadeScan turning_scan(double time, bool spins)
 class AppUntoldSweep : public AppTest
 {
    protected:
-	AppUntoldSweep() { save_gridmap(flat(), path("flat.gridmap.gz")); }
+	AppUntoldSweep() { save_map(flat(), path("flat.yaml")); }
 
 	/// Saves 5 s of a turning robot at 10 Hz, with odometry at 50 Hz. \param turns whether the odometry says so
 	/// \param cloud_of turns scans into clouds; empty: they stay scans
@@ -294,7 +294,7 @@ class AppUntoldSweep : public AppTest
 
 	ProcessResult run_log(const Words& more) const
 	{
-		Words all = {"-m", path("flat.gridmap.gz"), "-i", path("turn.mcap")};
+		Words all = {"-m", path("flat.yaml"), "-i", path("turn.mcap")};
 		all.insert(all.end(), more.begin(), more.end());
 		return run(all);
 	}

@@ -24,11 +24,11 @@ using namespace d2s1r::test;
 class AppLogs : public AppTest
 {
    protected:
-	AppLogs() { save_gridmap(flat(), path("flat.gridmap.gz")); }
+	AppLogs() { save_map(flat(), path("flat.yaml")); }
 
 	Words words(const std::string& log, const Words& more = {}) const
 	{
-		Words all = {"-m", path("flat.gridmap.gz"), "-i", path(log), "-o", path("out")};
+		Words all = {"-m", path("flat.yaml"), "-i", path(log), "-o", path("out")};
 		all.insert(all.end(), more.begin(), more.end());
 		return all;
 	}
@@ -188,7 +188,7 @@ TEST_F(AppLogs, SwappedMapAndLogAreNoticed)
 	for (const char* log : {"walk.bag", "walk.log", "walk.rawlog"})
 	{
 		expect_refusal(
-		    {"-m", path(log), "-i", path("flat.gridmap.gz"), "-o", path("out")}, 1, {"--map", "is a log", "swap them"});
+		    {"-m", path(log), "-i", path("flat.yaml"), "-o", path("out")}, 1, {"--map", "is a log", "swap them"});
 		expect_refusal({"-m", path(log), "-i", path(log), "-o", path("out")}, 2, {"is a log, not a map"});
 	}
 }
@@ -248,7 +248,7 @@ TEST_F(AppLogs, MistakeIsNamedAloneAndAtTheEndOfARun)
 	const auto run_to_end = run(words("mm.rawlog"));
 	EXPECT_NE(run_to_end.out.find(advice), std::string::npos) << run_to_end.out;
 	EXPECT_NE(read_file(path("out/summary.json")).find(advice), std::string::npos);
-	const auto alone = run({"-m", path("flat.gridmap.gz"), "-i", path("mm.rawlog"), "--diagnose"});
+	const auto alone = run({"-m", path("flat.yaml"), "-i", path("mm.rawlog"), "--diagnose"});
 	EXPECT_EQ(alone.status, 0) << alone.err;
 	EXPECT_NE(alone.out.find("0 of 12 scans fit as they are"), std::string::npos) << alone.out;
 	EXPECT_NE(alone.out.find(advice), std::string::npos) << alone.out;

@@ -60,9 +60,9 @@ class AppOutputs : public AppTest
 	/// Runs on a log of the flat.
 	ProcessResult localize(const Objects& log, const Words& more = {})
 	{
-		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save_map(flat(), path("flat.yaml"));
 		save(log, path("in.rawlog"));
-		Words words = {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out")};
+		Words words = {"-m", path("flat.yaml"), "-i", path("in.rawlog"), "-o", path("out")};
 		words.insert(words.end(), more.begin(), more.end());
 		auto result = run(words);
 		EXPECT_EQ(result.status, 0) << result.err;
@@ -264,7 +264,7 @@ TEST_F(AppOutputs, ReportHoldsWhatItsFirstLineSumsUp)
 	localize(covered_laser_log(), {"--window", "3"});
 	const auto report = nlohmann::json::parse(packed_in_report(read_file(path("out/report.html")), "data-results"));
 	EXPECT_EQ(report["version"], D2S1R_VERSION);
-	EXPECT_EQ(report["map"], path("flat.gridmap.gz"));
+	EXPECT_EQ(report["map"], path("flat.yaml"));
 	EXPECT_EQ(report["log"], path("in.rawlog"));
 	EXPECT_EQ(report["window"], 3);
 	const CsvTable table = frames();
@@ -354,7 +354,6 @@ TEST_F(AppOutputs, SavedMapGivesTheSamePoses)
 	EXPECT_EQ(run({"-m", path("flat.signaturemap"), "-i", path("in.rawlog"), "-o", path("again"), "-q"}).status, 0);
 	EXPECT_EQ(read_file(path("again/trajectory.tum")), poses);
 	expect_refusal(
-	    {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out"), "--save-map",
-	     path("no/folder/map")},
-	    3, {path("no/folder/map")});
+	    {"-m", path("flat.yaml"), "-i", path("in.rawlog"), "-o", path("out"), "--save-map", path("no/folder/map")}, 3,
+	    {path("no/folder/map")});
 }

@@ -14,9 +14,9 @@ class AppQueries : public AppTest
    protected:
 	AppQueries()
 	{
-		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save_map(flat(), path("flat.yaml"));
 		save(observation_log(), path("walk.rawlog"));
-		save_gridmap(make_twin_rooms(), path("twins.gridmap.gz"));
+		save_map(make_twin_rooms(), path("twins.yaml"));
 		save(way_into_left_room(), path("twins.rawlog"));
 	}
 
@@ -45,7 +45,7 @@ class AppQueries : public AppTest
 
 	CsvTable localize(const std::string& world, const std::string& log, const Words& more) const
 	{
-		Words words = {"-m", path(world + ".gridmap.gz"), "-i", path(log + ".rawlog"), "-o", path("out"), "-q"};
+		Words words = {"-m", path(world + ".yaml"), "-i", path(log + ".rawlog"), "-o", path("out"), "-q"};
 		words.insert(words.end(), more.begin(), more.end());
 		const auto result = run(words);
 		EXPECT_EQ(result.status, 0) << result.err;
@@ -147,8 +147,7 @@ TEST_F(AppQueries, RefusesARegionBesideTheMap)
 	for (const char* beside :
 	     {"50,0,60,10", "-60,0,-50,10", "0,50,10,60", "0,-60,10,-50", "-1e308,-1e308,-1e307,1e308"})
 		expect_refusal(
-		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"),
-		     std::string("--region=") + beside},
+		    {"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("out"), std::string("--region=") + beside},
 		    1, {"--region", "lies outside the map", "0.00,0.00"});
 }
 

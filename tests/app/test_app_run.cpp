@@ -17,11 +17,11 @@ namespace fs = std::filesystem;
 class AppRun : public AppTest
 {
    protected:
-	AppRun() { save_gridmap(flat(), path("flat.gridmap.gz")); }
+	AppRun() { save_map(flat(), path("flat.yaml")); }
 
 	Words words(const std::string& out, const Words& more = {}) const
 	{
-		Words all = {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path(out)};
+		Words all = {"-m", path("flat.yaml"), "-i", path("in.rawlog"), "-o", path(out)};
 		all.insert(all.end(), more.begin(), more.end());
 		return all;
 	}
@@ -138,7 +138,7 @@ TEST_F(AppRun, UnfinishedRunLeavesTheOldResultsAlone)
 	save(observation_log(), path("in.rawlog"));
 	ASSERT_EQ(run(words("out", {"-q"})).status, 0);
 	const std::string before = read_file(path("out/frames.csv"));
-	write_file(path("flat.gridmap.gz"), "no map");
+	write_file(path("flat.yaml"), "no map");
 	EXPECT_EQ(run(words("out", {"-q"})).status, 2);
 	EXPECT_EQ(read_file(path("out/frames.csv")), before);
 }
@@ -266,7 +266,7 @@ TEST_F(AppRun, RunJsonIsEnoughToRepeatTheRun)
 	const auto record = nlohmann::json::parse(read_file(path("out/run.json")));
 	EXPECT_EQ(record["version"], D2S1R_VERSION);
 	EXPECT_EQ(record["parameters"]["scan"]["max_tilt"], "7.5");
-	EXPECT_EQ(record["map"]["files"][0]["bytes"], fs::file_size(path("flat.gridmap.gz")));
+	EXPECT_EQ(record["map"]["files"][0]["bytes"], fs::file_size(path("flat.yaml")));
 	EXPECT_EQ(record["log"]["sensor_scans"], walk().size());
 	const double inside = 10 * 8;  // [m^2] walls and furniture included
 	EXPECT_GT(record["map"]["free_area_m2"], 0.6 * inside);

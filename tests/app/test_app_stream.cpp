@@ -26,7 +26,7 @@ class AppStream : public AppTest
    protected:
 	AppStream()
 	{
-		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save_map(flat(), path("flat.yaml"));
 		save(observation_log(), path("walk.rawlog"));
 		for (const auto& object : observation_log()) objects_.push_back(text_of(*object));
 	}
@@ -49,7 +49,7 @@ class AppStream : public AppTest
 
 	Words words(const std::string& log, const Words& more = {}) const
 	{
-		Words all = {"-m", path("flat.gridmap.gz"), "-i", log, "--stream"};
+		Words all = {"-m", path("flat.yaml"), "-i", log, "--stream"};
 		all.insert(all.end(), more.begin(), more.end());
 		return all;
 	}

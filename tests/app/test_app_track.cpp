@@ -21,13 +21,13 @@ class AppTrack : public AppTest
    protected:
 	void SetUp() override
 	{
-		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save_map(flat(), path("flat.yaml"));
 		save(action_log(), path("in.rawlog"));
 	}
 
 	ProcessResult track(const Words& more = {})
 	{
-		Words words = {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out"), "--track"};
+		Words words = {"-m", path("flat.yaml"), "-i", path("in.rawlog"), "-o", path("out"), "--track"};
 		words.insert(words.end(), more.begin(), more.end());
 		const auto result = run(words);
 		EXPECT_EQ(result.status, 0) << result.err;
@@ -82,7 +82,7 @@ TEST_F(AppTrack, TheResultsDoNotDependOnThreads)
 
 TEST_F(AppTrack, TheStreamTellsIt)
 {
-	const auto result = run({"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "--stream", "--track"});
+	const auto result = run({"-m", path("flat.yaml"), "-i", path("in.rawlog"), "--stream", "--track"});
 	ASSERT_EQ(result.status, 0) << result.err;
 	const auto line = nlohmann::json::parse(lines_of(result.out).back());
 	EXPECT_EQ(line["tracked"]["status"], "localized");
@@ -93,6 +93,6 @@ TEST_F(AppTrack, NeedsTheDefaultMethod)
 {
 	write_file(path("paper.ini"), "[localizer]\nmethod = paper\n");
 	expect_refusal(
-	    {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out"), "--track", "-c", path("paper.ini")},
-	    1, {"--track"});
+	    {"-m", path("flat.yaml"), "-i", path("in.rawlog"), "-o", path("out"), "--track", "-c", path("paper.ini")}, 1,
+	    {"--track"});
 }

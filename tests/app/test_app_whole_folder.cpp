@@ -21,13 +21,13 @@ class AppWholeFolder : public AppTest
    protected:
 	AppWholeFolder()
 	{
-		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save_map(flat(), path("flat.yaml"));
 		save(observation_log(), path("walk.rawlog"));
 	}
 
 	Words words(const std::string& out, const Words& more = {}) const
 	{
-		Words all = {"-q", "-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path(out)};
+		Words all = {"-q", "-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path(out)};
 		all.insert(all.end(), more.begin(), more.end());
 		return all;
 	}
@@ -56,7 +56,7 @@ TEST_F(AppWholeFolder, FoldersThatWereMadeForARunThatFailsAreRemoved)
 	    {"-m", path("no.yaml"), "-i", path("walk.rawlog"), "-o", path("mine/new/out")}, 2, {path("no.yaml")});
 	EXPECT_TRUE(fs::exists(path("mine")));
 	EXPECT_FALSE(fs::exists(path("mine/new")));
-	expect_refusal({"-m", path("flat.gridmap.gz"), "-i", path("no.rawlog"), "-o", path("out/")}, 2, {"no.rawlog"});
+	expect_refusal({"-m", path("flat.yaml"), "-i", path("no.rawlog"), "-o", path("out/")}, 2, {"no.rawlog"});
 	EXPECT_FALSE(fs::exists(path("out")));
 }
 
@@ -132,8 +132,8 @@ TEST_F(AppWholeFolder, ARunThatCannotFinishLeavesAllOfTheEarlierResults)
 	for (const int size : {1, 4, 16})  // [KiB] that any file may have
 	{
 		const std::string command = "trap '' XFSZ; ulimit -f " + std::to_string(size) + "; exec " RAWLOG_LOCALIZE +
-		                            " -q --frames 3: -m " + path("flat.gridmap.gz") + " -i " + path("walk.rawlog") +
-		                            " -o " + path("out");
+		                            " -q --frames 3: -m " + path("flat.yaml") + " -i " + path("walk.rawlog") + " -o " +
+		                            path("out");
 		EXPECT_EQ(run_program({"bash", "-c", command}).status, 3) << size;
 		EXPECT_EQ(files_in("out"), before) << size;
 	}
