@@ -229,6 +229,29 @@ TEST_F(TrackerOnTwinRooms, TellsHowFarScansDisagreeAboutThePose)
 	EXPECT_LT(std::sqrt(told.best().covariance(1, 1)), kOff);
 }
 
+/// Where the next scan finds the robot after a metre under a cover shows how far the wheels are off.
+TEST_F(TrackerOnTwinRooms, DoesNotTakeTheErrorsOfAGapForThoseOfScans)
+{
+	find();
+	auto out = into_left_room();
+	std::reverse(out.begin(), out.end());
+	double way = 0;
+	for (const TPose2D& robot : finely(out))
+	{
+		way += std::hypot(robot.x - before_->x, robot.y - before_->y);
+		Scan covered = scan_at(robot);
+		for (Beam& beam : covered.beams) beam = {beam.angle, 0.1F, true};
+		if (way > 1.5) break;
+		add(robot, covered, {0.8, true});
+	}
+	const TPose2D robot = *before_;
+	const Localization told = add(robot, scan_at(robot), {1, true});
+	expect_at(told, robot);
+	const auto alone = localizer_.hypothesis_near(scan_at(robot), CPose2D(robot));
+	ASSERT_TRUE(alone);
+	for (int i = 0; i < 3; i++) EXPECT_LT(told.best().covariance(i, i), 4 * alone->covariance(i, i)) << i;
+}
+
 /// In one of the two rooms a pillar is gone from the map.
 TEST_F(TrackerOnTwinRooms, IsSureOnceManyScansTellPlacesApartButNotByOne)
 {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "answer/distinct_poses.h"
 #include "frames/tracker_state.h"
@@ -68,7 +69,7 @@ void Tracker::State::move(const std::optional<CPose2D>& motion, double seconds)
 	for (Followed& track : tracks)
 	{
 		travel(track.since, motion, seconds);
-		track.is_seen = false;
+		track.was_seen = std::exchange(track.is_seen, false);
 		const CPose2D& measured = track.since.measured;
 		if (measured.norm() < kWayOfOneMotion && std::abs(measured.phi()) < kTurnOfOneMotion) continue;
 		const PoseDensity now = predicted(track);

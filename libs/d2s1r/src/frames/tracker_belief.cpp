@@ -71,11 +71,11 @@ std::vector<std::vector<Hypothesis>> found_at(
 	return found;
 }
 
-/// Takes in that a scan moved the pose of a place from where it was predicted. A motion that nobody measured says
-/// nothing.
+/// Takes in that a scan moved the pose of a place from where it was predicted. Two scans in a row disagree by that;
+/// after a gap, or a motion that nobody measured, it is the motion that errs.
 void take_move(Followed& track, const mrpt::poses::CPose2D& predicted, const mrpt::poses::CPose2D& seen)
 {
-	if (track.since.unmeasured > 0) return;
+	if (!track.was_seen || track.since.unmeasured > 0) return;
 	const Eigen::Vector3d move(
 	    seen.x() - predicted.x(), seen.y() - predicted.y(), mrpt::math::wrapToPi(seen.phi() - predicted.phi()));
 	track.moves = Eigen::Matrix3d((1 - kNewest) * track.moves.asEigen() + kNewest * move * move.transpose());

@@ -35,6 +35,7 @@ struct Followed
 	double lately = 0;                     //!< [nat] evidence of the last scans, on average
 	mrpt::math::CMatrixDouble33 moves{};   //!< (x, y, phi), mean square by which the last scans moved the pose
 	mrpt::math::CMatrixDouble33 of_map{};  //!< of the pose, (x, y, phi), beyond that of `fix`: see shown()
+	bool was_seen = false;                 //!< whether the scan before the newest one confirmed it, too
 	bool is_checked = false;               //!< whether the odometry was compared with its pose last
 
 	const std::string& map() const { return fix.map; }
