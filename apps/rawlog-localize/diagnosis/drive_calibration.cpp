@@ -78,6 +78,7 @@ class SampleChooser
 
 	void add_odometry(double time)
 	{
+		newest_ = time;
 		if (now_ < keep_until_)
 		{
 			samples_.odometry.push_back({time, robot_.asTPose()});
@@ -97,10 +98,7 @@ class SampleChooser
 		const bool has_moved = motion.norm() > kDistance || std::abs(motion.phi()) > kTurn;
 		const bool is_few = scans_ <= kParts * kInPart;  // of which all are tried
 		if (in_part_ >= kInPart || now_ <= 0 || !(is_few || (has_moved && now_ > then_ + kLeastTime))) return;
-		if (!recent_.empty())
-			samples_.lags.push_back(recent_.back().time - now_);
-		else if (!samples_.odometry.empty())
-			samples_.lags.push_back(samples_.odometry.back().time - now_);
+		if (newest_) samples_.lags.push_back(*newest_ - now_);
 		samples_.odometry.insert(samples_.odometry.end(), recent_.begin(), recent_.end());
 		recent_.clear();
 		keep_until_ = now_ + kAround;
@@ -116,6 +114,7 @@ class SampleChooser
 	CPose2D robot_, robot_then_;                              //!< in the frame of the odometry
 	double now_ = 0, then_ = -1, keep_until_ = 0;             //!< [s] by the clock of the scans
 	std::optional<ros::OdometrySource> source_;
+	std::optional<double> newest_;         //!< [s] of the odometry
 	std::deque<d2s1r::TimedPose> recent_;  //!< odometry that is not needed so far
 	DriveSamples samples_;
 };

@@ -72,24 +72,11 @@ const std::vector<float>& WallField::tile(int column, int row)
 	return tile;
 }
 
-float WallField::cell(int column, int row)
+double WallField::cell(int column, int row)
 {
 	const int tile_column = (column + kTile) / kTile - 1, tile_row = (row + kTile) / kTile - 1;
-	return tile(
-	    tile_column,
-	    tile_row)[static_cast<std::size_t>((row - tile_row * kTile) * kTile + column - tile_column * kTile)];
-}
-
-std::array<double, 4> WallField::corners(int column, int row)
-{
-	static_assert(kReach <= kTile && (kTile & (kTile - 1)) == 0);
-	const int left = (column + kTile) % kTile, below = (row + kTile) % kTile;
-	if (left + 1 < kTile && below + 1 < kTile)
-	{
-		const float* const at = tile((column - left) / kTile, (row - below) / kTile).data() + below * kTile + left;
-		return {at[0], at[1], at[kTile], at[kTile + 1]};
-	}
-	return {cell(column, row), cell(column + 1, row), cell(column, row + 1), cell(column + 1, row + 1)};
+	const int at = (row - tile_row * kTile) * kTile + column - tile_column * kTile;
+	return static_cast<double>(tile(tile_column, tile_row)[static_cast<std::size_t>(at)]);
 }
 
 WallDistance WallField::at(double x, double y)
@@ -99,7 +86,7 @@ WallDistance WallField::at(double x, double y)
 		return {kReach * map_.cell_size, 0, 0};
 	const int i = static_cast<int>(std::floor(column)), j = static_cast<int>(std::floor(row));
 	const double u = column - i, v = row - j;
-	const auto [a, b, c, d] = corners(i, j);
+	const double a = cell(i, j), b = cell(i + 1, j), c = cell(i, j + 1), d = cell(i + 1, j + 1);
 	const double lower = a + (b - a) * u, upper = c + (d - c) * u;
 	return {map_.cell_size * (lower + (upper - lower) * v), (b - a) * (1 - v) + (d - c) * v, upper - lower};
 }

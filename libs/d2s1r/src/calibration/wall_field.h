@@ -3,7 +3,6 @@
 
 #include <d2s1r/grid.h>
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -37,9 +36,7 @@ class WallField
 	static constexpr int kTile = 32;  //!< [cells]
 
 	const std::vector<float>& tile(int column, int row);
-	float cell(int column, int row);
-	/// Returns this cell, the one on its right, and the two above.
-	std::array<double, 4> corners(int column, int row);
+	double cell(int column, int row);
 	std::vector<float> make_tile(int tile_column, int tile_row) const;
 
 	const Grid& map_;
