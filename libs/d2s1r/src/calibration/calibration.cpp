@@ -60,7 +60,10 @@ double value_of(const Reading& reading, Unknown unknown)
 bool are_apart(const Reading& a, const Reading& b)
 {
 	for (std::size_t i = 0; i < kWayScale; i++)
-		if (std::abs(difference(i, a, b)) > kScales[i].told) return true;
+	{
+		const auto unknown = static_cast<Unknown>(i);
+		if (std::abs(difference(i, value_of(a, unknown), value_of(b, unknown))) > kScales[i].told) return true;
+	}
 	return false;
 }
 
@@ -342,8 +345,10 @@ Calibration calibrate(
 	shown.reading = in_unit;
 	shown.reading.is_odometry_mirrored = all.state.reading.is_odometry_mirrored;
 	shown.reading.odometry_clock = all.state.reading.odometry_clock;
+	if (changed[kDuration]) shown.reading.duration = all.state.reading.duration;
 	for (std::size_t i = 0; i < kUnknowns; i++)
-		if (changed[i]) value_in(shown.reading, i) += change_of(i, changed, differences).value;
+		value_in(shown.reading, i) =
+		    told_value(in_unit, shown.reading, i) + (changed[i] ? change_of(i, changed, differences).value : 0);
 	if (result.is_confirmed)
 		problem.improve(shown, 1);  // which changes next to nothing
 	else
@@ -368,7 +373,7 @@ Calibration calibrate(
 		Finding& finding = result.findings[i];
 		const auto& covariance = differences.covariance;
 		const auto at = static_cast<Eigen::Index>(i);
-		finding.estimate = value_of(in_unit, static_cast<Unknown>(i)) + differences.values[at];
+		finding.estimate = told_value(in_unit, all.state.reading, i) + differences.values[at];
 		finding.deviation = std::sqrt(covariance(at, at));
 		if (finding.verdict == Verdict::kChanged || known[i]) continue;
 		finding.log_odds = std::max(0.0, log_odds_of(change_of(i, changed, differences), scales[i]));
@@ -381,10 +386,11 @@ Calibration calibrate(
 				result.pairs.emplace_back(static_cast<Unknown>(i), static_cast<Unknown>(j));
 		}
 	}
-	if (result.shown.odometry_clock != in_unit.odometry_clock)  // which a late laser cannot be told from
+	if (result.shown.odometry_clock != in_unit.odometry_clock)  // which a late laser cannot be in_unit from
 	{
-		result.shown.odometry_clock += result.findings[kStart].estimate - in_unit.start;
-		result.shown.start = result.findings[kStart].estimate = in_unit.start;
+		const double start = told_value(in_unit, result.shown, kStart);
+		result.shown.odometry_clock += result.findings[kStart].estimate - start;
+		result.shown.start = result.findings[kStart].estimate = start;
 		result.findings[kStart].verdict = Verdict::kAsTold;
 	}
 	return result;

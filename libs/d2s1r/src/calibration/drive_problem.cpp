@@ -21,10 +21,15 @@ double& value_in(Reading& reading, std::size_t unknown)
 	return *values[unknown];
 }
 
-double difference(std::size_t unknown, const Reading& a, const Reading& b)
+double told_value(const Reading& told, const Reading& reading, std::size_t unknown)
 {
-	const double off = value_of(a, static_cast<Unknown>(unknown)) - value_of(b, static_cast<Unknown>(unknown));
-	return unknown == kYaw ? wrapToPi(off) : off;
+	const bool is_reversed = reading.duration * told.duration < 0;
+	return unknown == kStart && is_reversed ? told.first_beam() : value_of(told, static_cast<Unknown>(unknown));
+}
+
+double difference(std::size_t unknown, double a, double b)
+{
+	return unknown == kYaw ? wrapToPi(a - b) : a - b;
 }
 
 Track::Track(const std::vector<TimedPose>& poses) : poses_(poses)
@@ -156,8 +161,10 @@ Normal Problem::normal(const State& state)
 	};
 	for (std::size_t i = 0; i < kUnknowns; i++)
 	{
+		const double off =
+		    difference(i, value_of(state.reading, static_cast<Unknown>(i)), told_value(told_, state.reading, i));
 		const double unit = i == kWayScale ? told_.way_scale : 1;
-		add_prior(i, unit * (is_free[i] ? kScales[i].before : kFixed), difference(i, state.reading, told_));
+		add_prior(i, unit * (is_free[i] ? kScales[i].before : kFixed), off);
 	}
 	add_prior(kUnknowns, kOffset, state.offset);
 	for (std::size_t k = 0; k < scans_.size(); k++) add_walls(state, k, sums);

@@ -22,8 +22,12 @@ constexpr double kDegree = M_PI / 180;
 /// Returns one of the numbers of a reading, see Unknown.
 double& value_in(Reading& reading, std::size_t unknown);
 
-/// Returns by how much two readings differ in an unknown, a - b.
-double difference(std::size_t unknown, const Reading& a, const Reading& b);
+/// Returns what messages say of an unknown of a reading. A sweep that goes the other way than they say starts with the
+/// beam that they call the first.
+double told_value(const Reading& told, const Reading& reading, std::size_t unknown);
+
+/// Returns a - b of an unknown, of angles that below a half turn.
+double difference(std::size_t unknown, double a, double b);
 
 /// Returns a motion of the odometry as a reading has it.
 mrpt::math::TPose2D as_read(const Reading& reading, const mrpt::math::TPose2D& recorded);
@@ -127,9 +131,9 @@ class Problem
 	std::array<bool, kUnknowns> is_free{};
 	Noise noise;
 
+	const Reading& told() const { return told_; }
 	const std::vector<FoundScan>& found() const { return scans_; }
 	const Track& track() const { return track_; }
-	const Reading& told() const { return told_; }
 	std::size_t scans() const { return scans_.size(); }
 
 	/// Returns a reading, and the scans as they were found, which was with the reading of the messages.

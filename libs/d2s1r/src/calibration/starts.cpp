@@ -178,7 +178,7 @@ State best_fit(Problem& problem, const Reading& told, const Given& given, bool i
 	{
 		Fit found = fit(problem, start);
 		Reading& at = found.state.reading;
-		const double late = at.start - told.start;
+		const double late = at.start - told_value(told, at, kStart);
 		if (!given.is_odometry_known && std::abs(late) > kLatest) at.odometry_clock += late, at.start -= late;
 		const bool is_told =
 		    at.is_odometry_mirrored == told.is_odometry_mirrored && at.odometry_clock == told.odometry_clock;

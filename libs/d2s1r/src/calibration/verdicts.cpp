@@ -22,7 +22,8 @@ Differences differences_of(Problem& problem, const State& state, const Reading& 
 	const auto witnesses = static_cast<double>(problem.scans());
 	Differences differences;
 	for (std::size_t i = 0; i < kUnknowns; i++)
-		differences.values[static_cast<Eigen::Index>(i)] = difference(i, state.reading, told);
+		differences.values[static_cast<Eigen::Index>(i)] =
+		    difference(i, value_of(state.reading, static_cast<Unknown>(i)), told_value(told, state.reading, i));
 	const Eigen::VectorXd spread = witnesses / std::max(1.0, witnesses - kParameters) * moves.rowwise().squaredNorm();
 	const Eigen::Matrix<double, kUnknowns, kUnknowns> model = inverse.topRows(kUnknowns);
 	const Eigen::Matrix<double, kUnknowns, 1> factors = (spread.array() / model.diagonal().array()).max(1.0).sqrt();
