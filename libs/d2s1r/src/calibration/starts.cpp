@@ -173,7 +173,7 @@ Fit fit(Problem& problem, const Reading& reading)
 
 State best_fit(Problem& problem, const Reading& told, const Given& given, bool is_clock_known)
 {
-	Fit best{{}, HUGE_VAL};
+	Fit best{problem.start(told), HUGE_VAL};  // which stays if no cost is a number
 	const auto try_start = [&](const Reading& start)
 	{
 		Fit found = fit(problem, start);
