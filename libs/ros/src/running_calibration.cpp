@@ -3,6 +3,8 @@
 
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
+#include <mrpt/core/bits_math.h>
+#include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +16,19 @@ namespace d2s1r::ros
 using mrpt::math::TPose2D;
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPose3D;
+
+namespace
+{
+/// Returns whether two ways to read a laser differ so much that poses by one of them are wrong by the other one.
+bool are_apart(const calibration::Reading& a, const calibration::Reading& b)
+{
+	constexpr double kYaw = mrpt::DEG2RAD(3), kWay = 0.1, kTime = 0.03, kFactor = 0.01;  // [rad], [m], [s], [-]
+	return std::abs(mrpt::math::wrapToPi(a.laser.phi - b.laser.phi)) > kYaw ||
+	       std::hypot(a.laser.x - b.laser.x, a.laser.y - b.laser.y) > kWay || std::abs(a.start - b.start) > kTime ||
+	       std::abs(a.duration - b.duration) > kTime || std::abs(a.angle_scale - b.angle_scale) > kFactor ||
+	       std::abs(a.range_factor - b.range_factor) > kFactor;
+}
+}  // namespace
 
 void RunningCalibration::follow(Time scan, const std::optional<CPose2D>& robot)
 {
@@ -168,8 +183,7 @@ bool RunningCalibration::calibrate(
 {
 	next_ = scans.size() + scans.size() / 3;
 	calibration::Given given = known_by(given_);
-	auto& are_angles_known = given.known[calibration::kAngleScale];
-	are_angles_known = are_angles_known || mounted_.beam_angles || newest.is_cloud;
+	given.known[calibration::kAngleScale] = mounted_.beam_angles || newest.is_cloud;
 	given.stamps = stamps_;
 	given.are_angles_doubtful = newest.other_angles.has_value();
 	given.is_odometry_known = is_odometry_known_;

@@ -172,11 +172,9 @@ struct Given
 	bool are_angles_doubtful = false;     //!< whether fields of the messages tell different angles
 	std::vector<double> clocks{};         //!< [s] by which the odometry's clock may differ, beside 0 and a few seconds
 	bool is_odometry_known = false;       //!< neither mirrored nor of another clock; a laser may be of one
-	std::vector<double> stamps{};         //!< [s] of all scans: odometry that has them tells no time of theirs
+	std::vector<double>
+	    stamps{};  //!< [s] of all scans, or the last ones: odometry that has them tells no time of theirs
 };
-
-/// Returns whether poses by one reading of a laser are wrong by another one.
-bool are_apart(const Reading& a, const Reading& b);
 
 /// Returns what a drive shows. Deterministic. It takes some milliseconds if the drive confirms the messages, and about
 /// as long as it takes to localize the scans else.

@@ -57,16 +57,6 @@ double value_of(const Reading& reading, Unknown unknown)
 	return value_in(copy, unknown);
 }
 
-bool are_apart(const Reading& a, const Reading& b)
-{
-	for (std::size_t i = 0; i < kWayScale; i++)
-	{
-		const auto unknown = static_cast<Unknown>(i);
-		if (std::abs(difference(i, value_of(a, unknown), value_of(b, unknown))) > kScales[i].told) return true;
-	}
-	return false;
-}
-
 bool Calibration::is_changed() const
 {
 	const auto is_changed = [](const Finding& finding) { return finding.verdict == Verdict::kChanged; };
@@ -191,17 +181,22 @@ bool is_dense(const std::vector<TimedPose>& odometry)
 	return !steps.empty() && median_of(steps) < kWidest;
 }
 
-/// Returns whether most readings of the odometry have the times of scans, whenever they were measured.
+/// Returns whether most readings of the odometry, from the first stamp on, have the times of scans, whenever they were
+/// measured.
 bool has_times_of(std::vector<double> stamps, const std::vector<TimedPose>& odometry)
 {
 	constexpr double kSameTime = 1e-3;  // [s]
 	std::sort(stamps.begin(), stamps.end());
-	const auto is_of_scan = [&](const TimedPose& pose)
+	std::size_t readings = 0, of_scans = 0;
+	for (const TimedPose& pose : odometry)
 	{
 		const auto stamp = std::lower_bound(stamps.begin(), stamps.end(), pose.time - kSameTime);
-		return stamp != stamps.end() && *stamp <= pose.time + kSameTime;
-	};
-	return 2 * std::count_if(odometry.begin(), odometry.end(), is_of_scan) > std::ptrdiff_t(odometry.size());
+		const bool is_of_scan = stamp != stamps.end() && *stamp <= pose.time + kSameTime;
+		if (stamp == stamps.begin() && !is_of_scan) continue;  // before all of them
+		readings++;
+		of_scans += is_of_scan ? 1 : 0;
+	}
+	return 2 * of_scans > readings;
 }
 
 /// What the least squares end with, as they are judged.

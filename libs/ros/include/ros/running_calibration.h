@@ -106,7 +106,7 @@ class RunningCalibration
 	std::vector<Mounting> mountings_;    //!< by which these are tried
 	std::vector<std::size_t> found_by_;  //!< [-] of them by each that has been tried
 	std::vector<TimedPose> odometry_;
-	std::vector<double> stamps_;                          //!< [s] of the last scans
+	std::vector<double> stamps_;                          //!< [s] of the last scans, see calibration::Given
 	std::size_t next_ = kFirst, next_mounting_ = kFirst;  //!< [-] scans, found and missed, with which it looks again
 	calibration::Agreement agreement_;
 	std::string mounting_;  //!< by which scans are found, for people; empty: as it is told
