@@ -21,7 +21,8 @@ double median_of(std::vector<double> values)
 	return *middle;
 }
 
-std::optional<HandEye> hand_eye(const Reading& reading, const std::vector<FoundScan>& scans, const Track& track)
+std::optional<HandEye> hand_eye(
+    const Reading& reading, const std::vector<FoundScan>& scans, const Track& track, double late)
 {
 	using Complex = std::complex<double>;
 	struct Motion
@@ -33,8 +34,7 @@ std::optional<HandEye> hand_eye(const Reading& reading, const std::vector<FoundS
 	std::vector<Motion> motions;
 	for (std::size_t i = 0; i + 1 < scans.size(); i++)
 	{
-		const double middle = reading.middle();
-		const auto told = track.motion(reading, scans[i].time + middle, scans[i + 1].time + middle);
+		const auto told = track.motion(reading, scans[i].time + late, scans[i + 1].time + late);
 		if (!told || !is_motion(scans, i)) continue;
 		const TPose2D seen = scans[i + 1].laser - scans[i].laser;
 		motions.push_back({{seen.x, seen.y}, {told->x, told->y}, std::polar(1.0, told->phi) - 1.0});
@@ -72,7 +72,7 @@ Reading in_unit_of_ways(Reading reading, const std::vector<FoundScan>& scans, co
 {
 	constexpr double kFactor = 5, kSure = 0.2;  // [-] of ways in another unit, [-] deviation of such a factor
 	constexpr std::size_t kFewest = 6;          // [-] motions; one of the unknowns is two of its numbers
-	const auto shown = hand_eye(reading, scans, track);
+	const auto shown = hand_eye(reading, scans, track, 0);
 	if (!shown || shown->motions < kFewest || shown->deviation > kSure * shown->way_factor) return reading;
 	if (std::abs(std::log(shown->way_factor)) > std::log(kFactor)) reading.way_scale *= shown->way_factor;
 	return reading;
@@ -118,8 +118,11 @@ std::vector<Reading> likely_readings(
 			State state = found;
 			state.reading.is_odometry_mirrored = is_mirrored;
 			(is_of_laser ? state.reading.start : state.reading.odometry_clock) += clock;
-			if (const auto shown = hand_eye(state.reading, problem.found(), problem.track()))
-				state.reading.laser = shown->laser;
+			const double late = state.reading.middle() - told.middle();
+			const auto shown = hand_eye(state.reading, problem.found(), problem.track(), late);
+			if (shown && problem.is_free[kYaw]) state.reading.laser.phi = shown->laser.phi;
+			if (shown && problem.is_free[kX]) state.reading.laser.x = shown->laser.x;
+			if (shown && problem.is_free[kY]) state.reading.laser.y = shown->laser.y;
 			starts.emplace_back(motion_cost(problem, state), state.reading);
 		}
 	std::stable_sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });

@@ -22,10 +22,14 @@ struct HandEye
 	std::size_t motions;        //!< [-] that it rests on
 };
 
+/// Returns where the motions between scans show the laser; no value if the robot does not move. One motion is enough.
 /// As complex numbers, a laser at t, turned by phi, moves by a d + b (exp(i turn) - 1) if the odometry moves by d,
 /// where |a| is the factor of the ways, a = |a| exp(-i phi) and b = t exp(-i phi). It minimizes Huber's loss of the
-/// differences, which is quadratic up to 2 cm, with a prior of 0.5 m on b. No value if the robot does not move.
-std::optional<HandEye> hand_eye(const Reading& reading, const std::vector<FoundScan>& scans, const Track& track);
+/// differences, which is quadratic up to 2 cm, with a prior of 0.5 m on b.
+/// \param reading says how the odometry is read
+/// \param late [s] by which scans were taken later than the messages say, with which they were found
+std::optional<HandEye> hand_eye(
+    const Reading& reading, const std::vector<FoundScan>& scans, const Track& track, double late);
 
 /// Returns a reading with the unit of the odometry's ways, where six motions at least show that these are more than
 /// five times too short or too long.
