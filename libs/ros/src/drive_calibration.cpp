@@ -34,8 +34,8 @@ Doubt doubt_of(const calibration::Agreement& agreement, const Calibration& shown
 {
 	if (agreement.is_contradicted)
 		return {
-		    "the drive contradicts how the laser is mounted or read, or the odometry, and does not show yet what is "
-		    "right: no pose counts as localized",
+		    "the drive contradicts how the laser is mounted or read, or the odometry, and does not show what is right: "
+		    "no pose counts as localized",
 		    agreement.covariance};
 	const bool is_yaw_shown = shown.findings[calibration::kYaw].verdict != Verdict::kNotShown;
 	if (is_guessed && !agreement.is_shown && !is_yaw_shown)

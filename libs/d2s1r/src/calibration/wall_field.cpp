@@ -74,6 +74,7 @@ const std::vector<float>& WallField::tile(int column, int row)
 
 double WallField::cell(int column, int row)
 {
+	static_assert(kReach <= kTile);  // columns and rows begin at -kReach
 	const int tile_column = (column + kTile) / kTile - 1, tile_row = (row + kTile) / kTile - 1;
 	const int at = (row - tile_row * kTile) * kTile + column - tile_column * kTile;
 	return static_cast<double>(tile(tile_column, tile_row)[static_cast<std::size_t>(at)]);

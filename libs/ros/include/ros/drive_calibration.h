@@ -12,7 +12,7 @@
 
 namespace d2s1r::ros
 {
-/// Says that a drive contradicts how its laser is read, and does not show what is right.
+/// Says what it means for poses that a drive contradicts how its laser is read, or hardly shows where it is.
 struct Doubt
 {
 	std::string why;  //!< no pose counts as localized; empty: they do
