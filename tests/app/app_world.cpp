@@ -146,7 +146,8 @@ void save_gridmap(const Grid& grid, const std::string& file)
 
 void save_map(const Grid& grid, const std::string& file)
 {
-	std::ofstream image(file + ".pgm", std::ios::binary);
+	const auto picture = std::filesystem::path(file).replace_extension(".pgm");
+	std::ofstream image(picture, std::ios::binary);
 	image << "P5 " << grid.width << ' ' << grid.height << " 255\n";
 	for (int row = grid.height - 1; row >= 0; row--)
 		for (int column = 0; column < grid.width; column++)
@@ -154,9 +155,9 @@ void save_map(const Grid& grid, const std::string& file)
 			const Cell cell = grid.at(column, row);
 			image << (cell == Cell::kOccupied ? '\0' : cell == Cell::kFree ? '\xfe' : '\xcd');
 		}
-	std::ofstream(file) << "image: " << std::filesystem::path(file).filename().string()
-	                    << ".pgm\nresolution: " << grid.cell_size << "\norigin: [" << grid.origin_x << ", "
-	                    << grid.origin_y << ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+	std::ofstream(file) << "image: " << picture.filename().string() << "\nresolution: " << grid.cell_size
+	                    << "\norigin: [" << grid.origin_x << ", " << grid.origin_y
+	                    << ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 }
 
 void save_truth(const std::string& file, bool seven_columns)

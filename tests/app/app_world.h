@@ -31,8 +31,8 @@ Objects load(const std::string& rawlog);
 std::vector<std::uint8_t> bytes_of(const mrpt::serialization::CSerializable& object);
 
 void save_gridmap(const Grid& grid, const std::string& file);
-/// A map of map_server, whose image FILE.pgm lies beside the file: it is read in less time than one of MRPT's formats,
-/// for which a program of its own starts.
+/// A map of map_server, whose image lies beside the file with the extension .pgm: it is read in less time than one of
+/// MRPT's formats, for which a program of its own starts.
 void save_map(const Grid& grid, const std::string& file);
 void save_truth(const std::string& file, bool seven_columns);
 }  // namespace d2s1r::test

@@ -14,7 +14,7 @@ class AppBadInput : public AppTest
    protected:
 	AppBadInput()
 	{
-		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save_map(flat(), path("flat.yaml"));
 		save(observation_log(), path("walk.rawlog"));
 	}
 
@@ -23,7 +23,7 @@ class AppBadInput : public AppTest
 
 	void expect_bad_rawlog(const std::string& rawlog, const Words& parts) const
 	{
-		expect_refusal({"-m", path("flat.gridmap.gz"), "-i", rawlog, "-o", path("out")}, 2, parts);
+		expect_refusal({"-m", path("flat.yaml"), "-i", rawlog, "-o", path("out")}, 2, parts);
 		expect_nothing_written();
 	}
 
@@ -39,8 +39,7 @@ class AppBadInput : public AppTest
 	{
 		write_file(path("bad.ini"), ini);
 		expect_refusal(
-		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-c", path("bad.ini")}, 1,
-		    parts);
+		    {"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("out"), "-c", path("bad.ini")}, 1, parts);
 	}
 };
 
@@ -51,7 +50,7 @@ TEST_F(AppBadInput, MissingRawlog)
 
 TEST_F(AppBadInput, InputsThatMayNotBeRead)
 {
-	const std::string map = path("flat.gridmap.gz"), rawlog = path("walk.rawlog"), locked = path("locked");
+	const std::string map = path("flat.yaml"), rawlog = path("walk.rawlog"), locked = path("locked");
 	fs::create_directory(locked);
 	fs::permissions(locked, fs::perms::none);
 	const auto refuse = [&](const std::string& map_file, const std::string& rawlog_file, const std::string& part) {
@@ -72,7 +71,7 @@ TEST_F(AppBadInput, FewFileDescriptorsAreNotBlamedOnTheFiles)
 	for (int descriptors = 4; descriptors < 24; descriptors++)
 	{
 		const auto result = run_program(
-		    {"prlimit", "--nofile=" + std::to_string(descriptors), RAWLOG_LOCALIZE, "-m", path("flat.gridmap.gz"), "-i",
+		    {"prlimit", "--nofile=" + std::to_string(descriptors), RAWLOG_LOCALIZE, "-m", path("flat.yaml"), "-i",
 		     path("walk.rawlog"), "-o", path("out"), "-q"});
 		constexpr int kNotLoaded = 127;  // the libraries of the program could not be opened
 		if (result.status == 0 || result.status == kNotLoaded) continue;
@@ -191,7 +190,7 @@ TEST_F(AppBadInput, MapWhoseIndexDoesNotFitIntoMemory)
 TEST_F(AppBadInput, MissingConfig)
 {
 	expect_refusal(
-	    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-c", path("no.ini")}, 1,
+	    {"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("out"), "-c", path("no.ini")}, 1,
 	    {path("no.ini")});
 }
 
@@ -220,14 +219,14 @@ TEST_F(AppBadInput, ConfigThatIsNoConfig)
 TEST_F(AppBadInput, LabelThatIsNotInTheRawlog)
 {
 	expect_refusal(
-	    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--sensor-label", "REAR"}, 1,
+	    {"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("out"), "--sensor-label", "REAR"}, 1,
 	    {path("walk.rawlog"), "'REAR'", "'LASER'"});
 }
 
 TEST_F(AppBadInput, FramesBeyondTheLast)
 {
 	expect_refusal(
-	    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--frames", "100:"}, 1,
+	    {"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("out"), "--frames", "100:"}, 1,
 	    {"--frames", "100", "11"});
 }
 
@@ -246,7 +245,7 @@ TEST_F(AppBadInput, GroundTruthOfOtherTimesIsReportedAfterTheResults)
 {
 	write_file(path("other.txt"), "5 1 2 3\n");
 	const auto result = run(
-	    {"-q", "-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--ground-truth",
+	    {"-q", "-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("out"), "--ground-truth",
 	     path("other.txt")});
 	expect_refused(result, 2, {path("other.txt") + ": no line has the time of a scan"});
 	EXPECT_EQ(lines_of(read_file(path("out/frames.csv"))).size(), walk().size() + 1);
@@ -257,8 +256,7 @@ TEST_F(AppBadInput, GroundTruthThatCannotBeUsed)
 	const auto refuse = [&](const std::string& file, const Words& parts)
 	{
 		expect_refusal(
-		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--ground-truth", file}, 2,
-		    parts);
+		    {"-m", path("flat.yaml"), "-i", path("walk.rawlog"), "-o", path("out"), "--ground-truth", file}, 2, parts);
 	};
 	refuse(path("no.txt"), {path("no.txt")});
 	write_file(path("empty.txt"), "% nothing\n");

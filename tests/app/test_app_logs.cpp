@@ -185,10 +185,12 @@ TEST_F(AppLogs, SwappedMapAndLogAreNoticed)
 	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
 	write_file(path("walk.log"), carmen_walk());
 	save(observation_log(), path("walk.rawlog"));
+	save_gridmap(flat(), path("flat.gridmap.gz"));
 	for (const char* log : {"walk.bag", "walk.log", "walk.rawlog"})
 	{
-		expect_refusal(
-		    {"-m", path(log), "-i", path("flat.yaml"), "-o", path("out")}, 1, {"--map", "is a log", "swap them"});
+		for (const char* map : {"flat.yaml", "flat.gridmap.gz"})
+			expect_refusal(
+			    {"-m", path(log), "-i", path(map), "-o", path("out")}, 1, {"--map", "is a log", "swap them"});
 		expect_refusal({"-m", path(log), "-i", path(log), "-o", path("out")}, 2, {"is a log, not a map"});
 	}
 }

@@ -266,7 +266,9 @@ TEST_F(AppRun, RunJsonIsEnoughToRepeatTheRun)
 	const auto record = nlohmann::json::parse(read_file(path("out/run.json")));
 	EXPECT_EQ(record["version"], D2S1R_VERSION);
 	EXPECT_EQ(record["parameters"]["scan"]["max_tilt"], "7.5");
+	ASSERT_EQ(record["map"]["files"].size(), 2U) << record["map"];
 	EXPECT_EQ(record["map"]["files"][0]["bytes"], fs::file_size(path("flat.yaml")));
+	EXPECT_EQ(record["map"]["files"][1]["bytes"], fs::file_size(path("flat.pgm")));
 	EXPECT_EQ(record["log"]["sensor_scans"], walk().size());
 	const double inside = 10 * 8;  // [m^2] walls and furniture included
 	EXPECT_GT(record["map"]["free_area_m2"], 0.6 * inside);

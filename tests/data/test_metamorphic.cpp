@@ -303,8 +303,10 @@ struct Count
 
 /// Asks all questions about a map and its scans, and prints a row of a table for each relation. It expects no
 /// difference in exact relations, and where noise decides another place in 0.5 % of the scans at most.
+/// \param least [-] share of the scans that must be localized, for the others show little
 /// \param fine_too whether no answer may differ by the finer measure either
-void expect_relations(const std::string& site, const Map& map, const std::vector<RangeScan>& scans, bool fine_too)
+void expect_relations(
+    const std::string& site, const Map& map, const std::vector<RangeScan>& scans, double least, bool fine_too)
 {
 	constexpr double kShare = 0.005;  // [-] of the scans where noise decides
 	const Localizer localizer(map);
@@ -312,7 +314,7 @@ void expect_relations(const std::string& site, const Map& map, const std::vector
 	for (const auto& scan : scans) originals.push_back(localizer.localize(scan));
 	const auto localized = std::count_if(
 	    originals.begin(), originals.end(), [](const auto& result) { return result.status == Status::kLocalized; });
-	EXPECT_GT(10 * static_cast<std::size_t>(localized), scans.size()) << site;  // many scans show what no map has
+	EXPECT_GT(static_cast<double>(localized), least * static_cast<double>(scans.size())) << site;
 	for (const Relation& relation : relations())
 	{
 		const Localizer altered(relation.map ? relation.map(*map) : map);
@@ -343,7 +345,7 @@ TEST(Metamorphic, OnADrawnFloor)
 		laser.noise = 0.01;
 		for (const TPose2D& pose : poses_on_floor()) scans.push_back(make_observation(world, pose, laser));
 	}
-	expect_relations("drawn floor", make_map(floor), scans, true);
+	expect_relations("drawn floor", make_map(floor), scans, 0.5, true);
 }
 
 class MetamorphicOnSite : public testing::TestWithParam<const char*>
@@ -362,7 +364,8 @@ TEST_P(MetamorphicOnSite, OnRecordedScans)
 	std::vector<RangeScan> scans;
 	for (std::size_t i = 0; i < count; i++)
 		scans.push_back(scan_of(*rawlog.asObservation<mrpt::obs::CObservation2DRangeScan>(i * rawlog.size() / count)));
-	expect_relations(GetParam(), load_map((folder / "map_test.yaml").string()), scans, false);
+	const double least = folder.filename() == "mit_killian" ? 0.1 : 0.5;  // most of its scans show what no map has
+	expect_relations(GetParam(), load_map((folder / "map_test.yaml").string()), scans, least, false);
 }
 
 INSTANTIATE_TEST_SUITE_P(

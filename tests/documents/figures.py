@@ -184,7 +184,7 @@ ORIGINS = [
     ("doc/how_it_works.md", r"\*Scan 30: .*?\*", "test WorkedExample, which reads the page"),
     ("doc/how_it_works.md", r"less 0.067 times the coarse cost", "a constant of refinement.cpp"),
     ("doc/how_it_works.md", r"exp\(-time / 1 s\)|\b60 %|points and 1 s were chosen|w_j is 0.3 times", "constants of the tracker"),
-    ("doc/how_it_works.md", r"within 5 s|ranges 2.5 % longer|more than 0.25 s late", "limits of the calibration"),
+    ("doc/how_it_works.md", r"clocks within 5 s|more than 0.25 s late", "limits of the calibration"),
     ("doc/live.md", r"the odometry plus 1 s|scans of the last 2 s", "settings of d2s1r-live"),
     ("doc/live.md", r"the 0.1 to 0.2 s of a scan", "what lasers take for a turn"),
     ("doc/other_systems.md", r"\| system \| what was tried .*?(?=On Ubuntu)", "trials, with the commit beside each"),

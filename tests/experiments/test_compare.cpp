@@ -23,17 +23,8 @@ class Compare : public ExperimentScripts
 	/// Writes the flat as a map_server map, and the scans of the walk with their truth, under names of a user's own.
 	void write_own_site() const
 	{
-		const d2s1r::Grid& grid = flat();
-		std::string image = "P5 " + std::to_string(grid.width) + " " + std::to_string(grid.height) + " 255\n";
-		for (int row = grid.height - 1; row >= 0; row--)
-			for (int column = 0; column < grid.width; column++)
-				image += grid.at(column, row) == d2s1r::Cell::kOccupied ? '\0' : '\xfe';
 		fs::create_directories(path("home"));
-		write_file(path("home/kitchen.pgm"), image);
-		write_file(
-		    path("home/kitchen.yaml"),
-		    "image: kitchen.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
-		    "free_thresh: 0.196\n");
+		save_map(flat(), path("home/kitchen.yaml"));
 		save(observation_log(), path("home/drive.rawlog"));
 		save_truth(path("home/drive_truth.txt"), false);
 	}

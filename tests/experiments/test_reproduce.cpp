@@ -20,19 +20,9 @@ class Reproduce : public AppTest
 	/// The flat as a map_server map, and sets of scans of the walk.
 	void write_site(const std::string& name, const Words& sets) const
 	{
-		const d2s1r::Grid& grid = flat();
 		const fs::path site = folder() / "data" / name;
 		fs::create_directories(site);
-		std::string image = "P5 " + std::to_string(grid.width) + " " + std::to_string(grid.height) + " 255\n";
-		for (int row = grid.height - 1; row >= 0; row--)
-			for (int column = 0; column < grid.width; column++)
-				image += grid.at(column, row) == d2s1r::Cell::kOccupied ? '\0' : '\xfe';
-		write_file(site / "map.pgm", image);
-		for (const char* map : {"map.yaml", "map_test.yaml"})
-			write_file(
-			    site / map,
-			    "image: map.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
-			    "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
+		for (const char* map : {"map.yaml", "map_test.yaml"}) save_map(flat(), site / map);
 		for (const std::string& set : sets)
 		{
 			save(observation_log(), (site / (set + ".rawlog")).string());
