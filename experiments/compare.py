@@ -36,6 +36,7 @@ import runs  # noqa: E402
 import sites  # noqa: E402
 
 PROJECT = pathlib.Path(__file__).resolve().parents[1]
+MOST, WITHIN = 100000, 0.3  # [scans], [m]: all, and the greatest error of a success
 TRIED = 100  # [scans] on which the readings of the published method are tried out
 
 
@@ -129,12 +130,12 @@ def read_arguments():
     parser.add_argument("--log", type=pathlib.Path, help="the log in place of the one in the folder")
     parser.add_argument("--truth", help="the true poses in place of those in the folder: a file, topic:/TOPIC or tf:FRAME of the log")
     parser.add_argument("--scans", default="test", help="name of the log in the folder (default test)")
-    parser.add_argument("--most", type=positive(int), default=100000, help="scans that d2s1r and the published method get, evenly spread")
+    parser.add_argument("--most", type=positive(int), default=MOST, help="scans that d2s1r and the published method get, evenly spread")
     parser.add_argument("--most-others", type=positive(int), default=60, help="the same for the slower others (default 60)")
     parser.add_argument("--only", help="methods to run, with commas between: " + ", ".join([*methods.METHODS, *methods.PEERS]))
     parser.add_argument("--peers", type=pathlib.Path, default=os.environ.get("D2S1R_PEERS"),
                         help="folder of the drivers of other programs, see peers/README.md (default: D2S1R_PEERS)")
-    parser.add_argument("--within", type=positive(float), default=0.3, help="greatest error of a success [m] (default 0.3; the yaw: 5 deg)")
+    parser.add_argument("--within", type=positive(float), default=WITHIN, help="greatest error of a success [m] (default 0.3; the yaw: 5 deg)")
     parser.add_argument("--build", type=pathlib.Path, default=PROJECT / "build/release", help="build folder")
     parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "build/comparison", help="folder to write to")
     parser.add_argument("--store", type=pathlib.Path, default=PROJECT / "build/experiments", help="folder of results of single runs")

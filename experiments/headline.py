@@ -1,10 +1,11 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Measures README's table and writes it: headline.py [--write README.md] [--times]
 
 Its rows are what compare.py finds of d2s1r on all recorded scans of the sites below D2S1R_DATA. With --write the table, and the
 fingerprint of the answers that it is about, replace those between the marks in README; with --times the table of times, too,
-which asks for a machine that does nothing else. Scans whose truth the log itself contradicts are left out.
+which asks for a machine that does nothing else. Scans whose truth the log itself contradicts are left out. Needs what compare.py
+needs: Debian's python3-matplotlib and a build with its tests' programs.
 """
 import argparse
 import dataclasses
@@ -42,7 +43,6 @@ ROWS = [
     Row("mines_runs: a cluttered classroom, 240°, reach 4 m", ("mines_runs",)),
     Row("mines_other_day: the same on another day", ("mines_other_day",)),
     Row("intel in the map of mit_csail: fits nowhere", ("intel",), "mit_csail")]
-ALL, WITHIN = 100000, 0.3  # [scans] and [m], as compare.py has them
 BEGIN, END = "<!-- headline.py writes what follows -->", "<!-- until here -->"
 TIMES_PAGE = pathlib.Path(__file__).parent / "README.md"
 BEGIN_TIMES, END_TIMES = "<!-- headline.py --times writes what follows -->", "<!-- until here, times -->"
@@ -53,7 +53,7 @@ COLUMNS = ["building", "scans", "success", "localized", "of these, right", "scan
 def jobs_of(row, folder, most):
     """compare.Job of each site"""
     other = {"map_file": sites.case(folder / row.other).map_file} if row.other else {}
-    return [compare.Job(sites.case(folder / site, **other), methods.DEFAULT, most, WITHIN) for site in row.sites]
+    return [compare.Job(sites.case(folder / site, **other), methods.DEFAULT, most, compare.WITHIN) for site in row.sites]
 
 
 def share(drives):
@@ -100,9 +100,9 @@ def worst(results):
             f"{doubtful} ({sum(sure)} of {len(sure)}).")
 
 
-def left_out(results):
+def left_out(jobs):
     """A sentence on the scans whose truth the log itself contradicts; the argument: {row: [compare.Job]}"""
-    doubtful = {job.site.name: job.site.contradicted for row, jobs in results.items() if not row.other for job in jobs}
+    doubtful = {job.site.name: job.site.contradicted for row, of_row in jobs.items() if not row.other for job in of_row}
     named = [name for name in sorted(doubtful, key=doubtful.get, reverse=True)[:3] if doubtful[name]]
     rest = sum(doubtful.values()) - sum(doubtful[name] for name in named)
     if not named:
@@ -167,7 +167,7 @@ def main():
     for name in sorted(missing):
         print(f"headline.py: {folder} holds no {name}: its row is left out", file=sys.stderr)
     try:
-        jobs = {row: jobs_of(row, folder, arguments.frames or ALL) for row in rows}
+        jobs = {row: jobs_of(row, folder, arguments.frames or compare.MOST) for row in rows}
     except ValueError as problem:
         sys.exit(f"headline.py: {problem}")
     frames = measured([job for of_row in jobs.values() for job in of_row], arguments)
