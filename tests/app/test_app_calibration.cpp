@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Logs whose messages say what is wrong of a laser or of the odometry, of the kinds that people report: once the drive
 // has shown it, poses are right.
+#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/obs/CObservationOdometry.h>
 #include <nlohmann/json.hpp>
 
 #include "app_process.h"
@@ -15,6 +17,45 @@ struct Score
 {
 	std::size_t frames = 0, right = 0, wrong = 0;  //!< [-] all; localized within 0.3 m and 5 deg; localized elsewhere
 };
+
+/// Returns the objects of a drive as a log of MRPT has them.
+Objects objects_of(const ToldDrive& told)
+{
+	using namespace mrpt::obs;
+	const SimulatedDrive drive = simulate_drive(make_floor(), told.drive);
+	const auto time_of = [](double time) { return mrpt::Clock::fromDouble(kDriveStart + time); };
+	const double step = told.drive.field_of_view / told.drive.beams;
+	Objects objects;
+	std::size_t read = 0;
+	for (const auto& scan : drive.scans)
+	{
+		for (; read < drive.odometry.size() && drive.robot[read].time <= scan.time; read++)
+		{
+			auto odometry = CObservationOdometry::Create();
+			odometry->timestamp = time_of(drive.odometry[read].time);
+			odometry->odometry = mrpt::poses::CPose2D(drive.odometry[read].robot);
+			objects.push_back(odometry);
+		}
+		auto seen = CObservation2DRangeScan::Create();
+		seen->sensorLabel = "LASER";
+		seen->timestamp = time_of(scan.time);
+		seen->aperture = static_cast<float>(step * (told.drive.beams - 1));
+		seen->maxRange = 20;
+		seen->rightToLeft = !told.are_scans_mirrored;
+		const double middle = 0.5 * step * (told.drive.beams - 1) + static_cast<double>(scan.first_angle);
+		seen->sensorPose = mrpt::poses::CPose3D(0.2, 0, 0.2, told.are_scans_mirrored ? -middle : middle, 0, 0);
+		const auto beams = static_cast<std::size_t>(told.drive.beams);
+		seen->resizeScanAndAssign(beams, 0, false);
+		for (const auto& beam : scan.returns)
+		{
+			const auto i = static_cast<std::size_t>(std::lround(beam.share * static_cast<float>(beams - 1)));
+			seen->setScanRange(i, beam.range);
+			seen->setScanRangeValidity(i, true);
+		}
+		objects.push_back(seen);
+	}
+	return objects;
+}
 }  // namespace
 
 class AppCalibration : public AppTest
@@ -27,14 +68,27 @@ class AppCalibration : public AppTest
 		write_file(path("log.mcap"), mcap_file(messages_of(told)));
 		Words words = {"-m", path("floor.yaml"), "-i", path("log.mcap"), "--stream", "--sensor-label", "/scan"};
 		words.insert(words.end(), more.begin(), more.end());
-		const ProcessResult result = run(words);
+		return score_of(told, run(words), 0);
+	}
+
+	/// Of frames from the first one on, of a log that grows.
+	Score followed_score_of(const ToldDrive& told, std::size_t first)
+	{
+		save(objects_of(told), path("log.rawlog"));
+		const std::string words =
+		    RAWLOG_LOCALIZE " -m " + path("floor.yaml") + " -i - --stream < " + path("log.rawlog");
+		return score_of(told, run_program({"bash", "-c", words}), first);
+	}
+
+	Score score_of(const ToldDrive& told, const ProcessResult& result, std::size_t first)
+	{
 		EXPECT_EQ(result.status, 0) << result.err;
 		said_ = result.err;
 		const auto robots = robots_of(told);
 		const Words lines = lines_of(result.out);
 		EXPECT_EQ(lines.size(), robots.size());
 		Score score;
-		for (std::size_t i = 0; i < std::min(lines.size(), robots.size()); i++)
+		for (std::size_t i = first; i < std::min(lines.size(), robots.size()); i++)
 		{
 			const auto frame = nlohmann::json::parse(lines[i]);
 			score.frames++;
@@ -169,6 +223,19 @@ TEST_F(AppCalibration, OtherTransforms)
 	ToldDrive upside_down;
 	upside_down.are_scans_mirrored = true;
 	expect_right("upside down", upside_down);
+}
+
+TEST_F(AppCalibration, LogsThatAreFollowed)
+{
+	for (const double turned : {0., 90.})
+	{
+		ToldDrive upside_down(1, 60);
+		upside_down.are_scans_mirrored = true;
+		upside_down.drive.truth.laser.phi = turned * kDegree;
+		const Score score = followed_score_of(upside_down, 40);
+		EXPECT_EQ(score.wrong, 0U) << turned << '\n' << said_;
+		EXPECT_GE(score.right, 18U) << turned << " of 20\n" << said_;
+	}
 }
 
 TEST_F(AppCalibration, LasersElsewhereOnTheRobot)

@@ -200,12 +200,12 @@ class Follower
 	{
 		constexpr std::size_t kMostReadings = 1000;
 		const ScanPtr recorded_as = job.logged.observation;
-		const auto& observation = *recorded_as;
 		const Sweep sweep = job.logged.sweep;
 		const mrpt::poses::CPose3D laser =
-		    observation.sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
-		const ros::UncalibratedScan recorded{
-		    ros::from_time(observation.timestamp), observation, laser, {}, false, {}, sweep_as_shown(sweep)};
+		    recorded_as->sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
+		ros::UncalibratedScan recorded{
+		    ros::from_time(recorded_as->timestamp), *recorded_as, laser, {}, false, {}, sweep_as_shown(sweep)};
+		ros::apply(calibration_.recorded(), middle_angle, recorded.scan);
 		calibration_.follow(recorded.time, robot_);
 		if (robot_) readings_.emplace_back(recorded.time, robot_->asTPose());
 		if (readings_.size() > kMostReadings) readings_.erase(readings_.begin());
