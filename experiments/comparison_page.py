@@ -349,7 +349,7 @@ def write(results, left_out, folder, runner, command, options):
     write_bibliography(comparison, runner, commit, folder / "references.bib")
     success = f"A success is a best pose within {within:g} m and {YAW}° of the truth, whatever its status."
     write_latex(rows, folder / "table.tex", options.no_times, f"{command}, commit {commit}. {others}{success}".replace("°", " degrees"))
-    head = (f"# Comparison\n\n`{command}`, commit {commit}, {machines}. {others}{success}\n\n{fingerprint.stamp(runner.build)}\n\n"
+    head = (f"# Comparison\n\n`{command}`, commit {commit}, {machines}. {others}{success}\n\n{fingerprint.stamp(runner.build, 'answers')}\n\n"
             f"{HOW}{'' if options.no_times else TIMES}{notes(comparison)}")
     parts = [*result_tables(rows, -2 if options.no_times else None), *pictures, data(comparison, results), settings(comparison), missing(left_out)]
     (folder / "README.md").write_text("\n".join([head, *(part for part in parts if part)]))

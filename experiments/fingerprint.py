@@ -2,23 +2,25 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Tells whether today's answers are those of the tables: fingerprint.py [--build BUILD] [--check SOURCES | --outdate PAGE...]
 
-Prints the fingerprint of the answers (poses, statuses and confidences) to a fixed set of scans: the office that ships with
-d2s1r, MRPT's demo, and scans simulated on floors that are drawn below, as they are, cut short and with people. Commands that
-measure tables write it beside them, as a comment with the commit:
+Prints fingerprints of the answers to a fixed set of scans and drives: the office that ships with d2s1r, MRPT's demo, and what is
+simulated on floors that are drawn below. There is one for each kind of answers that a table may be about: see KINDS. Commands that
+measure tables write those of their kinds beside them, as a comment with the commit:
 
-    <!-- measured at COMMIT: answers FINGERPRINT -->
+    <!-- measured at COMMIT: answers FINGERPRINT, windows FINGERPRINT -->
 
---check fails for each page of SOURCES whose answers are others than today's, unless the page says so in these words, which
+--check fails for each page of SOURCES with a fingerprint that is not today's, unless the page says so in these words, which
 README may not:
 
-    <!-- measured at COMMIT: answers of another commit -->
+    <!-- measured at COMMIT: answers FINGERPRINT, windows of another commit -->
 
-Measuring again mends it, by the command that the page names. --outdate puts these words in place of a fingerprint that is not
+Measuring again mends it, by the command that the page names. --outdate puts these words in place of fingerprints that are not
 today's.
 """
 import argparse
+import cmath
 import csv
 import hashlib
+import math
 import pathlib
 import re
 import subprocess
@@ -30,6 +32,13 @@ import runs
 PROJECT = pathlib.Path(__file__).resolve().parents[1]
 DEMO = pathlib.Path("/usr/share/mrpt/datasets/localization_demo")
 DIGITS = {"x": 3, "y": 3, "phi": 3, "confidence": 4}  # [-] after the point
+POSES = {"x": 3, "y": 3, "phi": 3, "std_x": 3, "std_y": 3, "std_phi": 3}
+KINDS = {  # file and columns of the answers, without which they are what is printed, and options of rawlog-localize
+    "answers": ("frames.csv", DIGITS, ()),  # to single scans: see Programs.sets(); all others are about drives
+    "windows": ("frames.csv", DIGITS, ("--as-told", "--window", 10)),
+    "filter": ("fused.csv", POSES, ("--as-told", "--fuse")),
+    "tracker": ("track.csv", {**POSES, "confidence": 4}, ("--as-told", "--track")),
+    "calibration": (None, {}, ("--calibrate",))}
 CELL = 0.5  # [m] of a sign of the floors
 FLOORS = {
     "flat": ("################",
@@ -53,15 +62,27 @@ FLOORS = {
               "#.....#.....#.....#",
               "###################")}
 LESSER = ("field_of_view=180 noise=0.02", "field_of_view=270 blocked=0.3", "reach=3.5 noise=0.02")  # words of alter_scans
-STAMP = re.compile(r"<!-- measured at (\S+): answers (of another commit|[0-9a-f]{12}) -->")
+DRIVES = {  # cells of a floor (column, row from below) that a robot passes
+    "flat": ((2, 6), (9, 6), (10, 3), (9, 2), (5, 2), (3, 3), (3, 5), (2, 6)),
+    "twins": ((4, 8), (3, 7), (3, 5), (15, 5), (15, 7), (16, 8), (15, 7), (15, 5), (9, 5), (9, 2), (7, 2))}
+TICK, SCAN = 0.1, 5  # [s] between poses by the odometry, [-] of them from scan to scan
+SPEED, SPREAD, AHEAD = 0.5, 0.8, 0.3  # [m/s], [-] by which it varies, [m] of its way that a robot looks ahead
+COVERED = range(12, 18)  # scans of a drive that see nothing
+WHEELS = 1.1  # [-] by which ways of the odometry are too long
+FALSE = {"yaw": 0.5, "x": 0.2, "late": 0.1, "factor": 1.1}  # [rad], [m], [s], [-] what a log has wrong of its laser
+OF_CALIBRATION = 4, 16  # words of calibration_experiment; where the least squares start shows in drive 18
+OF_DRIVE = "field_of_view=270 blocked=0.2 reach=8 noise=0.02"  # words of alter_scans
+OTHER = "of another commit"
+LOG_ODDS = re.compile(r"(?<=log-odds )\S+")
+STAMP = re.compile(r"<!-- measured at (\S+): (.*?) -->")
 PAGES = ("README.md", "experiments/**/*.md", "doc/*.md", "tests/*/RESULTS.md")
 MEASURED = ("README.md", "experiments/RESULTS.md", "experiments/results/README.md", "experiments/results/comparison/README.md",
             "experiments/results/comparison/intel/README.md", "experiments/results/comparison/fr079/README.md")
 # pages that must have a stamp; tables of times and of what is learned are about other things than today's answers
 
 
-def world_of(picture):
-    """What simulate_floor reads."""
+def world_of(picture, poses=None):
+    """What simulate_floor reads, with scans at poses (place as a complex number [m], heading [rad]); None: all over the floor."""
     lines = ["seed 1", "cell 0.05", "mapper 15 0.005 0 0", "scanner 360 20 0 0 0"]
     free = []
     for row, signs in enumerate(reversed(picture)):
@@ -73,17 +94,55 @@ def world_of(picture):
             corners = [(x, y), (x + CELL, y), (x + CELL, y + CELL), (x, y + CELL)]
             lines += [f"wall both {a[0]} {a[1]} {b[0]} {b[1]}" for a, b in zip(corners, corners[1:] + corners[:1])]
     lines += [f"map {x} {y} 0" for x, y in free[::2]]
-    lines += [f"scan {x + 0.07} {y - 0.11} {i * 137 % 360 / 57.3:.6f}" for i, (x, y) in enumerate(free[::4])]
+    if poses is None:
+        lines += [f"scan {x + 0.07} {y - 0.11} {i * 137 % 360 / 57.3:.6f}" for i, (x, y) in enumerate(free[::4])]
+    else:
+        lines += [f"scan {place.real:.6f} {place.imag:.6f} {phi:.6f}" for place, phi in poses]
+    return "\n".join(lines) + "\n"
+
+
+def drive_of(cells, late=0):
+    """Poses of a drive (place, heading), TICK apart and `late` [s] back."""
+    corners = [CELL * complex(column + 0.5, row + 0.5) for column, row in cells]
+    legs = [(start, end - start) for start, end in zip(corners, corners[1:])]
+
+    def place(way):
+        for start, leg in legs:
+            if way < abs(leg):
+                break
+            way -= abs(leg)
+        return start + leg / abs(leg) * way
+
+    def pose(time):
+        way = SPEED * (time + SPREAD * math.sin(time))
+        return place(way), cmath.phase(place(way + AHEAD) - place(way))
+
+    return [pose(i * TICK - late) for i in range(int(sum(abs(leg) for _, leg in legs) / SPEED / TICK) - 10)]
+
+
+def carmen(seen, driven, yaw=0, x=0, factor=1):
+    """A log in CARMEN's format of scans (lines that alter_scans writes) and poses by the odometry, which tells false things."""
+    lines = []
+    for i, (place, phi) in enumerate(driven):
+        robot, end = WHEELS * place, f"{i * TICK:.3f} host 0"
+        lines.append(f"ODOM {robot.real:.6f} {robot.imag:.6f} {phi:.6f} 0 0 0 {end}")
+        if i % SCAN == 0:
+            _, first, step, reach, _, _, _, *ranges = map(float, seen[i // SCAN].split())
+            told = " ".join(f"{0.1 if i // SCAN in COVERED else min(reach, factor * each):.3f}" for each in ranges)
+            laser = robot + cmath.rect(x, phi)
+            poses = f"{laser.real:.6f} {laser.imag:.6f} {phi + yaw:.6f} {robot.real:.6f} {robot.imag:.6f} {phi:.6f}"
+            lines.append(f"ROBOTLASER1 0 {first} {-2 * first} {step} {reach} 0 0 {len(ranges)} {told} 0 {poses} 0 0 0 0 0 {end}")
     return "\n".join(lines) + "\n"
 
 
 class Programs:
     def __init__(self, build):
         self.localizer = build / "apps/rawlog-localize/rawlog-localize"
-        self.simulate, self.alter = build / "experiments/simulate_floor", build / "experiments/alter_scans"
+        self.simulate, self.alter, self.calibration = (
+            build / "experiments" / name for name in ("simulate_floor", "alter_scans", "calibration_experiment"))
 
     def sets(self, folder):
-        """Yields (name, map, log, ini file) of all sets."""
+        """Yields (title, map, log, name of the ini file) of scans."""
         office = PROJECT / "share/d2s1r/data"
         yield "office", office / "office.yaml", office / "office_bag", "default"
         for config in ("default", "paper"):
@@ -99,40 +158,75 @@ class Programs:
                 run(self.alter, site / "scans.rawlog", log, *words.split())
                 yield f"{name} {words}", site / "map.yaml", log, "default"
 
-    def answers(self):
-        """A line for each scan: set, frame, status, pose and confidence, rounded."""
-        lines = []
+    def drive(self, folder, name, late=0, **false):
+        """A drive on a floor, as sets() tells it. The log has false things of the laser, such as times that are `late` [s]."""
+        site = folder / f"{name} of {'false' if late else 'true'} words"
+        site.mkdir()
+        (site / "world.txt").write_text(world_of(FLOORS[name], drive_of(DRIVES[name], late)[::SCAN]))
+        run(self.simulate, site / "world.txt", site)
+        run(self.alter, site / "scans.rawlog", site / "seen.rawlog", f"text={site}/seen.txt", *OF_DRIVE.split())
+        (site / "log.clf").write_text(carmen((site / "seen.txt").read_text().splitlines(), drive_of(DRIVES[name]), **false))
+        return site.name, site / "map.yaml", site / "log.clf", "default"
+
+    def drives(self, folder):
+        """Yields drives with odometry, as sets() does."""
+        office = PROJECT / "share/d2s1r/data"
+        yield "office", office / "office.yaml", office / "office_bag", "default"
+        yield "demo", f"{DEMO}.simplemap.gz", f"{DEMO}.rawlog", "default"
+        yield from (self.drive(folder, name) for name in DRIVES)
+
+    def lines(self, kind):
+        """The answers of a kind: a line for each scan, with title, frame, status and numbers, rounded, or what is printed."""
+        file, columns, options = KINDS[kind]
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
-            for title, map_file, log, config in self.sets(folder):
+            asked = [*(self.sets(folder) if kind == "answers" else self.drives(folder))]
+            if kind == "calibration":
+                yield run(self.calibration, *OF_CALIBRATION)
+                asked.append(self.drive(folder, "flat", **FALSE))
+            for title, map_file, log, config in asked:
                 ini = PROJECT / f"share/d2s1r/config/{config}.ini"
-                run(self.localizer, "-q", "-m", map_file, "-i", log, "-o", folder / "out", "-c", ini, "--no-rawlog")
-                with open(folder / "out/frames.csv", newline="") as stream:
+                printed = run(self.localizer, "-q", "-m", map_file, "-i", log, "-o", folder / "out", "-c", ini, "--no-rawlog", *options)
+                if not file:
+                    yield f"{title}\n" + LOG_ODDS.sub(lambda found: f"{float(found[0]):.1e}", printed)
+                    continue
+                with open(folder / "out" / file, newline="") as stream:
                     for row in csv.DictReader(stream):
-                        numbers = [f"{float(row[key]) + 0:.{digits}f}" if row[key] else "" for key, digits in DIGITS.items()]
-                        lines.append(" ".join([title, row["frame"], row["status"], *numbers]))
-        return lines
+                        numbers = [f"{float(row[key]) + 0:.{digits}f}" if row[key] else "" for key, digits in columns.items()]
+                        yield " ".join([title, row["frame"], row["status"], *numbers])
 
 
 def run(*words):
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"fingerprint.py: {done.stderr.strip() or words[0]}")
+    return done.stdout
 
 
-def of_build(build):
-    """The fingerprint of the answers of a build."""
-    return hashlib.sha256("\n".join(Programs(build).answers()).encode()).hexdigest()[:12]
+def of_build(build, kinds=KINDS):
+    """{kind: fingerprint} of the answers of a build."""
+    return {kind: hashlib.sha256("\n".join(Programs(build).lines(kind)).encode()).hexdigest()[:12] for kind in kinds}
 
 
-def stamp(build):
-    return f"<!-- measured at {runs.commit()}: answers {of_build(build)} -->"
+def words_of(prints):
+    return ", ".join(f"{kind} {print_}" for kind, print_ in prints.items())
+
+
+def prints_of(words):
+    """{kind: fingerprint or OTHER} of a stamp."""
+    return dict(part.partition(" ")[::2] for part in words.split(", "))
+
+
+def stamp(build, *kinds):
+    return f"<!-- measured at {runs.commit()}: {words_of(of_build(build, kinds))} -->"
 
 
 def outdated(text, today):
     """The text with words in place of fingerprints that are not today's."""
-    return STAMP.sub(lambda found: found.group() if found.group(2) == today else
-                     f"<!-- measured at {found.group(1)}: answers of another commit -->", text)
+    def replaced(found):
+        prints = {kind: print_ if print_ == today[kind] else OTHER for kind, print_ in prints_of(found[2]).items()}
+        return f"<!-- measured at {found[1]}: {words_of(prints)} -->"
+    return STAMP.sub(replaced, text)
 
 
 def faults(folder, today):
@@ -143,11 +237,12 @@ def faults(folder, today):
         stamps = STAMP.findall(page.read_text())
         if name in MEASURED and not stamps:
             yield f"{name}: does not say of which commit its tables are: <!-- measured at ...; see fingerprint.py"
-        for commit, answers in stamps:
-            if answers == "of another commit" and name == "README.md":
+        for commit, kind, print_ in ((commit, *part) for commit, words in stamps for part in prints_of(words).items()):
+            if print_ == OTHER and name == "README.md":
                 yield f"{name}: its table must be of today's answers; measure it: experiments/headline.py --write README.md"
-            elif answers not in ("of another commit", today):
-                yield f"{name}: measured at {commit}, and today's answers are others ({today}); measure again by the command that it names"
+            elif kind not in today or print_ not in (OTHER, today[kind]):
+                yield (f"{name}: measured at {commit}: {kind} {print_}, and today's are {today.get(kind, 'none')}; measure again by the "
+                       "command that it names")
 
 
 def main():
@@ -155,13 +250,13 @@ def main():
     parser.add_argument("--build", type=pathlib.Path, default=PROJECT / "build/release", help="build folder")
     parser.add_argument("--check", type=pathlib.Path, metavar="SOURCES")
     parser.add_argument("--outdate", type=pathlib.Path, nargs="+", metavar="PAGE", default=[])
-    parser.add_argument("--answers", action="store_true", help="print the answers, not their fingerprint")
+    parser.add_argument("--answers", choices=KINDS, metavar="KIND", help="print the answers of a kind, not their fingerprint")
     arguments = parser.parse_args()
     if arguments.answers:
-        print("\n".join(Programs(arguments.build).answers()))
+        print("\n".join(Programs(arguments.build).lines(arguments.answers)))
         return
     today = of_build(arguments.build)
-    print(today)
+    print(words_of(today))
     for page in arguments.outdate:
         if page.resolve() == PROJECT / "README.md":
             sys.exit("fingerprint.py: README's table must be of today's answers; measure it: experiments/headline.py --write README.md")

@@ -173,7 +173,7 @@ def main():
     frames = measured([job for of_row in jobs.values() for job in of_row], arguments)
     results = {row: [frames[job] for job in of_row] for row, of_row in jobs.items()}
     lines = [*table(COLUMNS, [table_row(row, drives) for row, drives in results.items()]), "", worst(results), left_out(jobs), "",
-             f"Measured by `experiments/headline.py` at commit {runs.commit()}.", "", fingerprint.stamp(arguments.build)]
+             f"Measured by `experiments/headline.py` at commit {runs.commit()}.", "", fingerprint.stamp(arguments.build, "answers")]
     times = times_table(results, arguments.build / "apps/rawlog-localize/rawlog-localize", load) if arguments.times else []
     print("\n".join([*lines, "", *times]))
     if arguments.write:

@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// calibration_experiment DRIVES: simulated drives with lasers that nobody knows anything about, and what they show of
-// them. Writes a table in Markdown to standard output.
+// calibration_experiment DRIVES [FIRST]: simulated drives with lasers that nobody knows anything about, from the one
+// with number FIRST on (0), and what they show of them. Writes a table in Markdown to standard output.
 #include <base/threads.h>
 #include <d2s1r/localizer.h>
 
@@ -99,11 +99,14 @@ int main(int count, char** arguments)
 	using namespace d2s1r;
 	using namespace d2s1r::experiments;
 	const auto number = static_cast<unsigned>(count > 1 ? std::atoi(arguments[1]) : 200);
+	const auto first = static_cast<std::size_t>(count > 2 ? std::atoi(arguments[2]) : 0);
 	std::vector<Localizer> localizers;
 	for (unsigned map = 0; map < kMaps; map++)
 		localizers.emplace_back(test::make_map(benchmark::make_office_floor(300 + 200 * map, 0.05, map + 1)));
 	std::vector<Drive> drives(number);
-	parallel_for(number, 2, [&](std::size_t i) { drives[i] = run(static_cast<unsigned>(i), localizers[i % kMaps]); });
+	const auto run_one = [&](std::size_t i)
+	{ drives[i] = run(static_cast<unsigned>(first + i), localizers[(first + i) % kMaps]); };
+	parallel_for(number, 2, run_one);
 	std::size_t found = 0, scans = 0;
 	for (const Drive& drive : drives) found += drive.found, scans += drive.scans;
 	std::printf(

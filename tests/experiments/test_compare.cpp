@@ -283,8 +283,7 @@ TEST_F(Compare, PairedDifferencesAndBuildingsHaveIntervals)
 
 TEST_F(Compare, ATableOfOtherAnswersIsFoundUnlessItSaysSo)
 {
-	const auto stamp = [](const std::string& answers)
-	{ return "<!-- measured at abc1234: answers " + answers + " -->\n"; };
+	const auto stamp = [](const std::string& kinds) { return "<!-- measured at abc1234: " + kinds + " -->\n"; };
 	const auto faults = [&](const std::string& readme, const std::string& results)
 	{
 		fs::create_directories(path("experiments"));
@@ -292,15 +291,23 @@ TEST_F(Compare, ATableOfOtherAnswersIsFoundUnlessItSaysSo)
 		write_file(path("experiments/RESULTS.md"), results);
 		return printed(
 		    "import fingerprint, pathlib\nprint(*fingerprint.faults(pathlib.Path('" + folder().string() +
-		    "'), '0123456789ab'), sep='\\n')");
+		    "'), {'answers': '0123456789ab', 'tracker': 'ab0123456789'}), sep='\\n')");
 	};
-	const std::string today = stamp("0123456789ab"), other = stamp("ffff456789ab"), told = stamp("of another commit");
+	const std::string today = stamp("answers 0123456789ab"), told = stamp("answers of another commit");
 	EXPECT_EQ(faults(today, today), "\n");
 	EXPECT_EQ(faults(today, told), "\n");
-	EXPECT_NE(
-	    faults(today, other).find("experiments/RESULTS.md: measured at abc1234, and today's answers are others"),
-	    std::string::npos);
-	EXPECT_NE(faults(other, today).find("README.md: measured at abc1234"), std::string::npos);
-	EXPECT_NE(faults(told, today).find("README.md: its table must be of today's answers"), std::string::npos);
-	EXPECT_NE(faults("no table", today).find("README.md: does not say of which commit"), std::string::npos);
+	EXPECT_EQ(faults(today, stamp("answers 0123456789ab, tracker ab0123456789")), "\n");
+	EXPECT_EQ(faults(today, stamp("answers of another commit, tracker ab0123456789")), "\n");
+	for (const std::string other :
+	     {"answers ffff456789ab", "tracker 0123456789ab", "answers 0123456789ab, tracker ffff456789ab",
+	      "answers 0123456789ab, trackers of another commit", "answers"})
+		EXPECT_EQ(faults(today, stamp(other)).find("experiments/RESULTS.md: measured at abc1234"), 0U) << other;
+	EXPECT_EQ(faults(stamp("answers ffff456789ab"), today).find("README.md: measured at abc1234"), 0U);
+	EXPECT_EQ(faults(told, today).find("README.md: its table must be of today's answers"), 0U);
+	EXPECT_EQ(faults("no table", today).find("README.md: does not say of which commit"), 0U);
+	EXPECT_EQ(
+	    printed(
+	        "import fingerprint\nprint(fingerprint.outdated('" + std::string("<!-- measured at abc1234: ") +
+	        "windows 0123, filter 4567 -->', {'windows': '0123', 'filter': 'ffff'}))"),
+	    "<!-- measured at abc1234: windows 0123, filter of another commit -->\n");
 }
