@@ -33,7 +33,7 @@ double best_scale(const Tester& tester)
 {
 	constexpr double kLargeStep = 1.04, kSmallStep = 1.01;
 	constexpr std::size_t kFewer = 4;  // [-] one scan in so many
-	const float max_range = tester.samples().chosen.front().scan.observation->max_range;
+	const float max_range = tester.samples().chosen.front().observation->max_range;
 	const auto score = [&](double factor) {
 		return tester.try_scans({"", scaled_by(factor, max_range)}, kFewer).score();
 	};
@@ -75,12 +75,13 @@ double median_of(std::vector<double> values)
 	return percentile(std::move(values), 0.5);
 }
 
-std::vector<Offset> offsets_from_truth(const std::vector<Sample>& samples, const Trial& trial, const GroundTruth& truth)
+std::vector<Offset> offsets_from_truth(
+    const std::vector<LoggedScan>& samples, const Trial& trial, const GroundTruth& truth)
 {
 	std::vector<KeptFrame> frames;
 	for (std::size_t i = 0; i < samples.size(); i++)
 		if (trial.answers[i].status == Status::kLocalized)
-			frames.push_back(keep({i, logs::to_seconds(samples[i].scan.observation->timestamp), trial.answers[i]}));
+			frames.push_back(keep({i, logs::to_seconds(samples[i].observation->timestamp), trial.answers[i]}));
 	const AlignedTruth aligned = align_truth(truth, frames);
 	std::vector<Offset> offsets;
 	for (const Match& match : match(frames, aligned.lines))
@@ -150,6 +151,12 @@ std::size_t far_more(std::size_t scans)
 	return std::max<std::size_t>(2, scans / 5);
 }
 
+/// Returns whether far more scans fit in a trial, and at least half of them. \param fit without it
+bool is_far_better(const Trial& trial, std::size_t fit)
+{
+	return trial.fit() >= fit + far_more(trial.answers.size()) && 2 * trial.fit() >= trial.answers.size();
+}
+
 std::string fit_without(const Trial& trial, std::size_t fit, const std::string& advice)
 {
 	return mrpt::format("%zu of %zu scans fit, instead of %zu, if ", trial.fit(), trial.answers.size(), fit) + advice;
@@ -182,25 +189,21 @@ std::optional<std::pair<Mistake, Trial>> worst_mistake(
 	mistakes.push_back(
 	    {mrpt::format("the cells of the map are %.3g m instead of %.3g m wide: ", cell / scale, cell) +
 	         how_to_set_resolution(map, cell / scale) + "; or, if the map is right",
-	     scaled_by(scale, tester.samples().chosen.front().scan.observation->max_range)});
+	     scaled_by(scale, tester.samples().chosen.front().observation->max_range)});
 	std::optional<std::pair<Mistake, Trial>> worst;
 	for (const Mistake& mistake : mistakes)
 	{
 		Trial trial = tester.try_scans(mistake);
-		const bool is_far_better =
-		    trial.fit() >= fit + far_more(trial.answers.size()) && 2 * trial.fit() >= trial.answers.size();
 		const auto better = [&](const Trial& other)
 		{ return std::make_pair(trial.fit(), trial.score()) > std::make_pair(other.fit(), other.score()); };
-		if (is_far_better && (!worst || better(worst->second))) worst.emplace(mistake, std::move(trial));
+		if (is_far_better(trial, fit) && (!worst || better(worst->second))) worst.emplace(mistake, std::move(trial));
 	}
 	return worst;
 }
 
-/// Returns the other way to read the angles of a laser, unless the command line gives them.
-std::optional<logs::OtherAngles> other_angles_of(
-    const logs::LogSurvey& survey, const std::string& label, const logs::Overrides& overrides)
+/// Returns the other way to read the angles of a laser, if there is one.
+std::optional<logs::OtherAngles> other_angles_of(const logs::LogSurvey& survey, const std::string& label)
 {
-	if (overrides.beam_angles) return std::nullopt;
 	for (const logs::Sensor& sensor : survey.sensors)
 		if (sensor.label == label) return sensor.other_angles;
 	return std::nullopt;
@@ -243,8 +246,7 @@ std::vector<std::string> advice_by_changed_map(const Tester& tester, const MapRe
 		const auto localizer = read_interruptibly(file, build);
 		if (!localizer) continue;
 		const Trial trial = tester.with_localizer(localizer).try_scans({});
-		if (trial.fit() >= fit + far_more(trial.answers.size()) && 2 * trial.fit() >= trial.answers.size())
-			return {fit_without(trial, fit, advice)};
+		if (is_far_better(trial, fit)) return {fit_without(trial, fit, advice)};
 	}
 	constexpr double kLeast = 0.01;  // [-] share of an image that is worth a word
 	if (lost.cause != LostCells::Cause::kFreeThresh || lost.unknown_made_free <= kLeast) return {};
@@ -268,11 +270,11 @@ Diagnosis diagnose(
 	    samples.chosen.size(), as_it_is.fit(), advice_on_region(tester, command.search.query, as_it_is)};
 	const auto add = [&](const std::vector<std::string>& lines)
 	{ diagnosis.advice.insert(diagnosis.advice.end(), lines.begin(), lines.end()); };
-	const std::optional<logs::OtherAngles> other_angles = other_angles_of(log.survey, selection.label, overrides);
 	if (diagnosis.advice.empty()) add(advice_by_beams(tester, diagnosis.fit, overrides));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
-		if (const auto worst =
-		        worst_mistake(tester, command.map, diagnosis.fit, mistakes_of_fields(samples, other_angles)))
+		if (const auto worst = worst_mistake(
+		        tester, command.map, diagnosis.fit,
+		        mistakes_of_fields(samples, other_angles_of(log.survey, selection.label))))
 			add({fit_without(worst->second, diagnosis.fit, advice_against(worst->first, overrides))});
 	if (diagnosis.advice.empty()) add(advice_on_invalid(as_it_is, tester));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)

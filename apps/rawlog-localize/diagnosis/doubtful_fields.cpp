@@ -11,24 +11,14 @@
 
 namespace d2s1r::app
 {
-using mrpt::poses::CPose3D;
-
 namespace
 {
-Mistake mistake_of_angles(const logs::OtherAngles& other)
-{
-	Mistake mistake;
-	mistake.correction.beam_angles = other.angles;
-	mistake.what = other.is_possible ? "angle_min and angle_max are right (" + other.because + ")" : other.because;
-	return mistake;
-}
-
-double greatest_reading(const std::vector<Sample>& samples)
+double greatest_reading(const std::vector<LoggedScan>& samples)
 {
 	double greatest = 0;
-	for (const Sample& sample : samples)
-		for (std::size_t i = 0; i < sample.scan.observation->size(); i++)
-			if (const auto range = static_cast<double>(sample.scan.observation->ranges[i]); std::isfinite(range))
+	for (const LoggedScan& sample : samples)
+		for (std::size_t i = 0; i < sample.observation->size(); i++)
+			if (const auto range = static_cast<double>(sample.observation->ranges[i]); std::isfinite(range))
 				greatest = std::max(greatest, range);
 	return greatest;
 }
@@ -41,24 +31,25 @@ double range_beyond(double greatest)
 }
 
 /// Adds the fields of view that lasers have, but for the one that the log gives this laser.
-void add_fields_of_view(const Sample& sample, std::vector<Mistake>& mistakes)
+void add_fields_of_view(const logs::RecordedScan& scan, std::vector<Mistake>& mistakes)
 {
 	constexpr double kSame = 0.03;  // [-]
-	const logs::RecordedScan& scan = *sample.scan.observation;
 	const auto beams = static_cast<double>(std::max<std::size_t>(scan.size(), 1));
 	for (const double degrees : {90.0, 100.0, 180.0, 240.0, 270.0, 360.0})
 	{
 		const double view = mrpt::DEG2RAD(degrees) * (degrees < 360 ? 1 : (beams - 1) / beams);
 		if (std::abs(static_cast<double>(scan.aperture) - view) < kSame * view) continue;
 		const double half = scan.right_to_left ? view / 2 : -view / 2;
-		const logs::BeamAngles angles{sample.middle_angle - half, sample.middle_angle + half};
-		mistakes.push_back(mistake_of_angles({mrpt::format("the beams of a scan cover %.0f deg", degrees), angles}));
+		const logs::BeamAngles angles{scan.middle_angle - half, scan.middle_angle + half};
+		Mistake mistake{mrpt::format("the beams of a scan cover %.0f deg", degrees)};
+		mistake.correction.beam_angles = angles;
+		mistakes.push_back(mistake);
 	}
 }
 
-void add_range(const std::vector<Sample>& samples, std::vector<Mistake>& mistakes)
+void add_range(const std::vector<LoggedScan>& samples, std::vector<Mistake>& mistakes)
 {
-	const auto max_range = static_cast<double>(samples.front().scan.observation->max_range);
+	const auto max_range = static_cast<double>(samples.front().observation->max_range);
 	const double greatest = greatest_reading(samples);
 	if ((std::isfinite(max_range) && max_range > 0) || !(greatest > 0)) return;
 	Mistake mistake;
@@ -66,43 +57,15 @@ void add_range(const std::vector<Sample>& samples, std::vector<Mistake>& mistake
 	mistake.correction.max_range = static_cast<float>(range_beyond(greatest));
 	mistakes.push_back(mistake);
 }
-
-/// Returns the tilt [rad] of a laser's plane, which may be upside down.
-double tilt_of(const CPose3D& laser)
-{
-	const auto& axes = laser.getRotationMatrix();
-	return std::atan2(std::hypot(axes(2, 0), axes(2, 1)), std::abs(axes(2, 2)));
-}
-
-void add_poses(const Sample& sample, std::vector<Mistake>& mistakes)
-{
-	constexpr double kLeastTilt = 5 * M_PI / 180;  // [rad]
-	const CPose3D laser = laser_on_robot(sample);
-	if (!(tilt_of(laser) > kLeastTilt)) return;
-	const auto add = [&](const CPose3D& pose, const std::string& why)
-	{
-		Mistake mistake;
-		mistake.what = why;
-		mistake.correction.sensor_pose = pose;
-		mistakes.push_back(mistake);
-	};
-	const CPose3D ahead_in_optical(mrpt::math::CQuaternionDouble(0.5, 0.5, -0.5, 0.5), 0, 0, 0);
-	add(laser + ahead_in_optical, "the frame of the scans is an optical frame (z ahead) and their beams are not");
-	CPose3D copy = laser;  // MRPT computes its angles in place
-	add({copy.x(), copy.y(), copy.z(), copy.yaw(), 0, 0}, "the laser is level, and not tilted as its frame is");
-}
 }  // namespace
 
 std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optional<logs::OtherAngles>& other_angles)
 {
 	std::vector<Mistake> mistakes;
-	const Sample& sample = samples.chosen.front();
-	if (other_angles)
-		mistakes.push_back(mistake_of_angles(*other_angles));
-	else
-		add_fields_of_view(sample, mistakes);
+	for (const ros::Mounting& other : other_mountings(samples.chosen, other_angles, {}))
+		mistakes.push_back({other.text, other.overrides});
+	if (!other_angles) add_fields_of_view(*samples.chosen.front().observation, mistakes);
 	add_range(samples.chosen, mistakes);
-	add_poses(sample, mistakes);
 	return mistakes;
 }
 
@@ -128,12 +91,12 @@ ScanDefect defect_of(const LoggedScan& scan, const ScanParameters& parameters)
 
 /// Returns whether the flags of scans tell nothing: they call all readings invalid, though most of them are distances
 /// within the range of the laser.
-bool are_flags_doubtful(const std::vector<Sample>& samples)
+bool are_flags_doubtful(const std::vector<LoggedScan>& samples)
 {
 	std::size_t beams = 0, flagged_distances = 0;
-	for (const Sample& sample : samples)
+	for (const LoggedScan& sample : samples)
 	{
-		const auto& scan = *sample.scan.observation;
+		const auto& scan = *sample.observation;
 		for (std::size_t i = 0; i < scan.size(); i++)
 		{
 			if (scan.is_valid(i)) return false;
@@ -144,7 +107,7 @@ bool are_flags_doubtful(const std::vector<Sample>& samples)
 	return beams > 0 && 2 * flagged_distances > beams;
 }
 
-std::string what_to_do(ScanDefect defect, const std::vector<Sample>& samples)
+std::string what_to_do(ScanDefect defect, const std::vector<LoggedScan>& samples)
 {
 	const double greatest = greatest_reading(samples);
 	switch (defect)
@@ -180,14 +143,14 @@ struct Refused
 
 std::vector<std::string> advice_on_invalid(const Trial& trial, const Tester& tester)
 {
-	if (2 * trial.invalid() <= trial.answers.size()) return {};
-	const std::vector<Sample>& samples = tester.samples().chosen;
+	if (2 * trial.count(Status::kInvalid) <= trial.answers.size()) return {};
+	const std::vector<LoggedScan>& samples = tester.samples().chosen;
 	std::map<std::string, Refused> reasons;
 	for (std::size_t i = 0; i < samples.size(); i++)
 	{
 		if (trial.answers[i].status != Status::kInvalid) continue;
 		Refused& refused = reasons[trial.answers[i].note];
-		refused.defect = defect_of(samples[i].scan, tester.localizer().parameters().scan);
+		refused.defect = defect_of(samples[i], tester.localizer().parameters().scan);
 		refused.scans++;
 	}
 	const auto most = std::max_element(

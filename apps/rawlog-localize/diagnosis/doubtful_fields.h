@@ -9,9 +9,8 @@
 
 namespace d2s1r::app
 {
-/// Returns the mistakes that fields of the scans show: angles that contradict each other or are none, another field of
-/// view than the log says, a range of the laser that is none, a laser whose frame is an optical one or has a tilt that
-/// is none.
+/// Returns the mistakes that fields of the scans show: another mounting, or another field of view, than the log says, a
+/// range of the laser that is none.
 std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optional<logs::OtherAngles>& other_angles);
 
 /// Returns the line about scans that cannot be used, if most are: the field that is wrong, and what to do.

@@ -30,7 +30,6 @@ struct DriveSamples
 	std::vector<std::size_t> numbers;        //!< [-] of these, in the log
 	std::vector<d2s1r::TimedPose> odometry;  //!< by increasing time [s] by its clock
 	std::vector<double> lags;    //!< [s] of the odometry's clock when a scan came, minus the time of the scan
-	double middle_angle = 0;     //!< [rad] see RawlogObject
 	std::vector<double> stamps;  //!< [s] of all scans of the log
 };
 
@@ -53,7 +52,6 @@ class SampleChooser
 				if (object->scans[i]->label != label_) continue;
 				samples_.stamps.push_back(logs::to_seconds(object->scans[i]->timestamp));
 				if (object->increment) add_odometry(samples_.stamps.back());
-				samples_.middle_angle = object->middle_angle;
 				add(logged_scan(object->scans[i], object->details[i]));
 			}
 		}
@@ -119,24 +117,10 @@ class SampleChooser
 	DriveSamples samples_;
 };
 
-/// Returns the pose of the laser on the robot by a scan.
-CPose3D laser_of(const LoggedScan& scan, double middle_angle)
-{
-	return scan.observation->sensor_on_robot + CPose3D(0, 0, 0, -middle_angle, 0, 0);
-}
-
 /// Returns the samples by another mounting.
 DriveSamples mounted(DriveSamples samples, const ros::Mounting& mounting)
 {
-	for (LoggedScan& scan : samples.scans)
-	{
-		const auto read = std::make_shared<logs::RecordedScan>(*scan.observation);
-		ros::apply(mounting.overrides, samples.middle_angle, *read);
-		scan.observation = read;
-		if (logs::is_answered(scan.unusable, mounting.overrides)) scan.unusable = {};
-	}
-	if (const auto& angles = mounting.overrides.beam_angles)
-		samples.middle_angle = 0.5 * (angles->first + angles->last);
+	for (LoggedScan& scan : samples.scans) scan = read_by(mounting.overrides, std::move(scan));
 	return samples;
 }
 
@@ -190,12 +174,6 @@ ros::Mounting other_mounting(
 {
 	constexpr std::size_t kEnough = 20;  // [-] scans of those that there are
 	const std::vector<std::size_t> tried = each(samples, std::max<std::size_t>(1, samples.scans.size() / kEnough));
-	const LoggedScan& first = samples.scans.front();
-	std::vector<std::shared_ptr<const RangeScan>> scans;
-	for (const LoggedScan& scan : samples.scans) scans.push_back(scan.observation);
-	const auto others = ros::other_mountings(
-	    scans, laser_of(first, samples.middle_angle), first.unusable.field == logs::ScanDoubt::Field::kLaserPose,
-	    sensor.other_angles, overrides);
 	const auto found_by = [&](const ros::Mounting& mounting)
 	{
 		Answers answers(samples.scans.size());
@@ -204,18 +182,19 @@ ros::Mounting other_mounting(
 	};
 	const auto is_found = [&](std::size_t i) { return is_localized(as_told[i]); };
 	return ros::best_of(
-	    others, tried.size(), static_cast<std::size_t>(std::count_if(tried.begin(), tried.end(), is_found)), found_by);
+	    other_mountings(samples.scans, sensor.other_angles, overrides), tried.size(),
+	    static_cast<std::size_t>(std::count_if(tried.begin(), tried.end(), is_found)), found_by);
 }
 
 /// Returns whether the laser stays where it is on the robot.
 bool stays(const DriveSamples& samples)
 {
-	const CPose3D first = laser_of(samples.scans.front(), samples.middle_angle);
+	const CPose3D first = samples.scans.front().observation->laser();
 	return std::all_of(
 	    samples.scans.begin(), samples.scans.end(),
 	    [&](const LoggedScan& scan)
 	    {
-		    const CPose3D motion = laser_of(scan, samples.middle_angle) - first;
+		    const CPose3D motion = scan.observation->laser() - first;
 		    return motion.norm() < 1e-3 && std::abs(calibration::from_above(motion).phi) < 1e-3;
 	    });
 }
@@ -257,7 +236,7 @@ Beforehand beforehand_of(const DriveSamples& samples, const logs::Sensor& sensor
 		durations.push_back(scan.sweep.beam_step * (static_cast<double>(scan.observation->size()) - 1));
 	}
 	Beforehand known;
-	known.laser = laser_of(samples.scans.front(), samples.middle_angle);
+	known.laser = samples.scans.front().observation->laser();
 	const ros::SweepTime sweep{percentile(durations, 0.5), percentile(firsts, 0.5)};
 	known.told = ros::told_reading(known.laser, sweep, {});  // what is given is in the scans
 	known.given = ros::known_by(overrides);
@@ -293,7 +272,7 @@ std::vector<calibration::FoundScan> scans_of(
 		const logs::RecordedScan& scan = *samples.scans[i].observation;
 		const bool is_found = is_localized(answers[i]) && answers[i]->best().map == map;
 		scans.push_back(calibration::found_scan(
-		    scan, laser_of(samples.scans[i], samples.middle_angle), logs::to_seconds(scan.timestamp),
+		    scan, scan.laser(), logs::to_seconds(scan.timestamp),
 		    is_found ? answers[i]->best().pose.asTPose() : mrpt::math::TPose2D(), returns));
 		scans.back().is_found = is_found;
 	}

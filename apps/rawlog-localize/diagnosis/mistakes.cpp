@@ -15,68 +15,44 @@ namespace d2s1r::app
 namespace
 {
 constexpr std::size_t kScans = 20;              // [-] that are tried
-constexpr std::size_t kMostBytes = 32'000'000;  // [byte] of these, more or less by one scan
+constexpr std::size_t kMostBytes = 32'000'000;  // [byte] of these, about
 
-class SampleReader
+/// Returns the numbers of some frames of a selection, evenly spread over them.
+std::vector<std::size_t> spread_over(const FrameSelection& selection)
 {
-   public:
-	SampleReader(const logs::LogSurvey& survey, const FrameSelection& selection)
-	    : survey_(survey), selection_(selection)
-	{
-		const std::size_t count = std::min(kScans, selection.size());
-		for (std::size_t i = 0; i < count; i++)
-			frames_.push_back(selection.first + selection.step * ((2 * i + 1) * selection.size() / (2 * count)));
-	}
-
-	Samples read(logs::LogReader& reader)
-	{
-		while (!interrupted())
-		{
-			const auto object = reader.next();
-			if (!object) break;
-			for (std::size_t i = 0; i < object->scans.size(); i++)
-				add({logged_scan(object->scans[i], object->details[i]), object->middle_angle});
-		}
-		return std::move(samples_);
-	}
-
-   private:
-	void add(const Sample& sample)
-	{
-		const std::string& label = sample.scan.observation->label;
-		const std::size_t index = counts_[label]++;
-		if (bytes_ > kMostBytes) return;
-		auto& samples = label == selection_.label ? samples_.chosen : samples_.others[label];
-		const bool is_wanted = label == selection_.label
-		                           ? samples.size() < frames_.size() && index == frames_[samples.size()]
-		                           : is_wanted_of_other(label, index, samples.size());
-		if (!is_wanted) return;
-		samples.push_back(sample);
-		bytes_ += ros::weight_of(sample.scan.observation->size());
-	}
-
-	bool is_wanted_of_other(const std::string& label, std::size_t index, std::size_t taken) const
-	{
-		const auto sensor = std::find_if(
-		    survey_.sensors.begin(), survey_.sensors.end(),
-		    [&](const logs::Sensor& known) { return known.label == label; });
-		if (sensor == survey_.sensors.end()) return false;
-		const std::size_t count = std::min(kScans, sensor->scans);
-		return taken < count && index >= (2 * taken + 1) * sensor->scans / (2 * count);
-	}
-
-	const logs::LogSurvey& survey_;
-	FrameSelection selection_;
-	std::vector<std::size_t> frames_;
-	std::map<std::string, std::size_t> counts_;  //!< [-] scans seen so far, by label
-	std::size_t bytes_ = 0;                      //!< of the samples
-	Samples samples_;
-};
+	std::vector<std::size_t> frames;
+	const std::size_t count = std::min(kScans, selection.size());
+	for (std::size_t i = 0; i < count; i++)
+		frames.push_back(selection.first + selection.step * ((2 * i + 1) * selection.size() / (2 * count)));
+	return frames;
+}
 }  // namespace
 
 Samples read_samples(logs::LogReader& reader, const logs::LogSurvey& survey, const FrameSelection& selection)
 {
-	return SampleReader(survey, selection).read(reader);
+	std::map<std::string, std::vector<std::size_t>> wanted;  // by label
+	for (const logs::Sensor& sensor : survey.sensors)
+		wanted[sensor.label] = spread_over({sensor.label, 0, sensor.scans});
+	wanted[selection.label] = spread_over(selection);
+	std::map<std::string, std::size_t> counts;  // [-] scans seen so far, by label
+	std::size_t bytes = 0;                      // of the samples
+	Samples samples;
+	while (!interrupted() && bytes <= kMostBytes)
+	{
+		const auto object = reader.next();
+		if (!object) break;
+		for (std::size_t i = 0; i < object->scans.size(); i++)
+		{
+			const std::string& label = object->scans[i]->label;
+			auto& taken = label == selection.label ? samples.chosen : samples.others[label];
+			const auto& frames = wanted[label];
+			const std::size_t frame = counts[label]++;
+			if (taken.size() == frames.size() || frame != frames[taken.size()]) continue;
+			taken.push_back(logged_scan(object->scans[i], object->details[i]));
+			bytes += ros::weight_of(object->scans[i]->size());
+		}
+	}
+	return samples;
 }
 
 std::string advice_against(const Mistake& mistake, const ros::Overrides& given)
@@ -100,11 +76,6 @@ ros::Overrides scaled_by(double factor, float max_range)
 	return scaled;
 }
 
-mrpt::poses::CPose3D laser_on_robot(const Sample& sample)
-{
-	return sample.scan.observation->sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -sample.middle_angle, 0, 0);
-}
-
 namespace
 {
 /// What is at or beyond the laser's range counts as measured, if it is within the new one.
@@ -122,11 +93,11 @@ struct Readings
 	std::size_t zeros = 0;      //!< [-] of these
 	float max_range = 0;        //!< [m] as the log has it
 
-	explicit Readings(const std::vector<Sample>& samples)
+	explicit Readings(const std::vector<LoggedScan>& samples)
 	{
-		for (const Sample& sample : samples)
+		for (const LoggedScan& sample : samples)
 		{
-			const logs::RecordedScan& scan = *sample.scan.observation;
+			const logs::RecordedScan& scan = *sample.observation;
 			max_range = scan.max_range;
 			beams += scan.size();
 			for (std::size_t i = 0; i < scan.size(); i++)
@@ -249,25 +220,16 @@ bool agrees(const Beam& beam, const mrpt::math::TPose2D& sensor, const Grid& gri
 }
 }  // namespace
 
-Scan corrected(const Sample& sample, const Mistake& mistake, ScanParameters parameters)
+Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters)
 {
-	const LoggedScan& scan = sample.scan;
 	if (mistake.toggles_zeros) parameters.zero_is_no_return = !parameters.zero_is_no_return;
-	logs::Overrides overrides;
-	static_cast<ros::Overrides&>(overrides) = mistake.correction;
-	if (!scan.unusable.text.empty() && !logs::is_answered(scan.unusable, overrides)) return scan_of(scan, parameters);
-	RangeScan read = *scan.observation;
-	ros::apply(overrides, sample.middle_angle, read);
-	return make_scan(read, parameters, scan.sweep);
+	return scan_of(read_by(mistake.correction, scan), parameters);
 }
 
 std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters)
 {
 	const Readings readings(samples.chosen);
 	std::vector<Mistake> mistakes;
-	Mistake mirror{"the image of the map is mirrored, and must be flipped, or the laser is upside down"};
-	mirror.correction.sensor_pose = laser_on_robot(samples.chosen.front()) + mrpt::poses::CPose3D(0, 0, 0, 0, 0, M_PI);
-	mistakes.push_back(mirror);
 	add_units(readings, mistakes);
 	add_max_ranges(readings, mistakes);
 	add_zeros(readings, parameters, mistakes);
@@ -282,7 +244,7 @@ std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters
 }
 
 double share_that_map_confirms(
-    const Mistake& mistake, const std::vector<Sample>& samples, const std::vector<Localization>& answers,
+    const Mistake& mistake, const std::vector<LoggedScan>& samples, const std::vector<Localization>& answers,
     const Localizer& localizer)
 {
 	constexpr std::size_t kFewest = 3;  // [-] scans that show something
@@ -291,7 +253,7 @@ double share_that_map_confirms(
 	{
 		if (answers[i].status != Status::kLocalized) continue;
 		found++;
-		const Scan with_mistake = scan_of(samples[i].scan, localizer.parameters().scan);
+		const Scan with_mistake = scan_of(samples[i], localizer.parameters().scan);
 		const Scan without = corrected(samples[i], mistake, localizer.parameters().scan);
 		const auto sensor = answers[i].best().pose.asTPose() + without.sensor_on_robot;
 		for (const Beam& beam : without.beams)

@@ -13,16 +13,10 @@
 
 namespace d2s1r::app
 {
-struct Sample
-{
-	LoggedScan scan;
-	double middle_angle;  //!< [rad] see RawlogObject
-};
-
 struct Samples
 {
-	std::vector<Sample> chosen;                         //!< of the laser that is localized
-	std::map<std::string, std::vector<Sample>> others;  //!< by the label of another laser
+	std::vector<LoggedScan> chosen;                         //!< of the laser that is localized
+	std::map<std::string, std::vector<LoggedScan>> others;  //!< by the label of another laser
 };
 
 /// Reads 20 of the selected scans, evenly spread over them, and as many of each other laser.
@@ -47,21 +41,17 @@ std::string advice_against(const Mistake& mistake, const ros::Overrides& given);
 /// Returns the correction of ranges that have to be multiplied by `factor`. \param max_range [m] of the laser as it is
 ros::Overrides scaled_by(double factor, float max_range);
 
-/// Returns the pose of the laser on the robot by the log.
-mrpt::poses::CPose3D laser_on_robot(const Sample& sample);
-
-/// Returns the mistakes that may have been made with samples, but for the resolution: a mirror, the unit of ranges,
-/// max_range, zeros, the choice of the laser.
-/// \param parameters that the scans are read with
+/// Returns the mistakes that may have been made with samples, but for the resolution and those of their fields: the
+/// unit of ranges, max_range, zeros, the choice of the laser. \param parameters that the scans are read with
 std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters);
 
 /// Returns a scan as it is without a mistake, its beams moved to its time.
-Scan corrected(const Sample& sample, const Mistake& mistake, ScanParameters parameters);
+Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters);
 
 /// Returns the share [0, 1] of the beams that are read in another way without a mistake which the map agrees with, seen
 /// from where their scans were found. It is 0 if fewer than three scans were found.
 /// \param answers of the samples without the mistake, in their order
 double share_that_map_confirms(
-    const Mistake& mistake, const std::vector<Sample>& samples, const std::vector<Localization>& answers,
+    const Mistake& mistake, const std::vector<LoggedScan>& samples, const std::vector<Localization>& answers,
     const Localizer& localizer);
 }  // namespace d2s1r::app

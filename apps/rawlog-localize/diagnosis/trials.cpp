@@ -41,26 +41,19 @@ Tester Tester::with_localizer(std::shared_ptr<const Localizer> localizer) const
 
 Trial Tester::try_scans(const Mistake& mistake, std::size_t step, const Query& query) const
 {
-	std::vector<Sample> scans;
-	if (mistake.other_laser.empty())
-		for (std::size_t i = step / 2; i < samples_.chosen.size(); i += step) scans.push_back(samples_.chosen[i]);
-	else
-		scans = samples_.others.at(mistake.other_laser);
-	return localize(mistake, scans, query);
-}
-
-Trial Tester::localize(const Mistake& mistake, const std::vector<Sample>& scans, const Query& query) const
-{
-	Trial trial{std::vector<Localization>(scans.size())};
+	const auto& scans = mistake.other_laser.empty() ? samples_.chosen : samples_.others.at(mistake.other_laser);
+	std::vector<LoggedScan> tried;
+	for (std::size_t i = step / 2; i < scans.size(); i += step) tried.push_back(scans[i]);
+	Trial trial{std::vector<Localization>(tried.size())};
 	Query until_interrupt = query;
 	until_interrupt.stop = interrupted;
 	parallel_for(
-	    scans.size(), threads_,
+	    tried.size(), threads_,
 	    [&](std::size_t i)
 	    {
 		    if (interrupted()) return;
-		    trial.answers[i] =
-		        localizer_->localize(corrected(scans[i], mistake, localizer_->parameters().scan), until_interrupt);
+		    const Scan scan = corrected(tried[i], mistake, localizer_->parameters().scan);
+		    trial.answers[i] = localizer_->localize(scan, until_interrupt);
 	    });
 	return trial;
 }

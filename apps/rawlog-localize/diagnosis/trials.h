@@ -16,16 +16,12 @@ struct Trial
 {
 	std::vector<Localization> answers;
 
-	std::size_t fit() const
+	std::size_t count(Status status) const
 	{
-		return static_cast<std::size_t>(std::count_if(
-		    answers.begin(), answers.end(), [](const Localization& a) { return a.status == Status::kLocalized; }));
+		const auto has_it = [&](const Localization& answer) { return answer.status == status; };
+		return static_cast<std::size_t>(std::count_if(answers.begin(), answers.end(), has_it));
 	}
-	std::size_t invalid() const
-	{
-		return static_cast<std::size_t>(std::count_if(
-		    answers.begin(), answers.end(), [](const Localization& a) { return a.status == Status::kInvalid; }));
-	}
+	std::size_t fit() const { return count(Status::kLocalized); }
 	/// Higher is better, also if no scan is localized.
 	double score() const
 	{
@@ -53,8 +49,6 @@ class Tester
 	Tester with_localizer(std::shared_ptr<const Localizer> localizer) const;
 
    private:
-	Trial localize(const Mistake& mistake, const std::vector<Sample>& scans, const Query& query) const;
-
 	Samples samples_;
 	int threads_;
 	std::shared_ptr<const Localizer> localizer_;

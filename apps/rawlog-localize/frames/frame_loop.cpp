@@ -160,7 +160,7 @@ class Follower
 			sink_.take_object(item.object);
 		}
 		for (Job& job : item.jobs)
-			if (!is_enough_) follow(job, item.object.middle_angle);
+			if (!is_enough_) follow(job);
 	}
 
 	bool is_enough() const { return is_enough_; }
@@ -196,16 +196,18 @@ class Follower
 	}
 
 	/// Reads a scan as the drive has shown, and lets it show more.
-	void calibrate(Job& job, double middle_angle)
+	void calibrate(Job& job)
 	{
 		constexpr std::size_t kMostReadings = 1000;
-		const ScanPtr recorded_as = job.logged.observation;
-		const Sweep sweep = job.logged.sweep;
-		const mrpt::poses::CPose3D laser =
-		    recorded_as->sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
-		ros::UncalibratedScan recorded{
-		    ros::from_time(recorded_as->timestamp), *recorded_as, laser, {}, false, {}, sweep_as_shown(sweep)};
-		ros::apply(calibration_.recorded(), middle_angle, recorded.scan);
+		const LoggedScan logged = job.logged;
+		const ros::UncalibratedScan recorded{
+		    ros::from_time(logged.observation->timestamp),
+		    *read_by(calibration_.recorded(), logged).observation,
+		    logged.observation->laser(),
+		    {},
+		    false,
+		    {},
+		    sweep_as_shown(logged.sweep)};
 		calibration_.follow(recorded.time, robot_);
 		if (robot_) readings_.emplace_back(recorded.time, robot_->asTPose());
 		if (readings_.size() > kMostReadings) readings_.erase(readings_.begin());
@@ -213,10 +215,8 @@ class Follower
 		const auto& parameters = approach_.first().parameters().scan;
 		const auto read_anew = [&]
 		{
-			const auto read = std::make_shared<logs::RecordedScan>(*recorded_as);
-			ros::apply(calibration_.in_use(), middle_angle, *read);
-			job.logged.observation = read;
-			job.logged.sweep = sweep_as_shown(sweep);
+			job.logged = read_by(calibration_.in_use(), logged);
+			job.logged.sweep = sweep_as_shown(logged.sweep);
 			job.scan = scan_of(job, parameters);
 			job.result = localized(job.scan);
 		};
@@ -240,13 +240,13 @@ class Follower
 		if (shown != std::exchange(told_, shown) && !shown.empty() && sink_.tell) sink_.tell(shown);
 	}
 
-	void follow(Job& job, double middle_angle)
+	void follow(Job& job)
 	{
 		std::optional<mrpt::poses::CPose2D> motion;
 		const auto before = std::exchange(robot_, robot_of(job));
 		if (robot_ && before) motion = *robot_ - *before;
 		if (motion && !is_plausible(*motion)) motion.reset();
-		if (approach_.calibrates) calibrate(job, middle_angle);
+		if (approach_.calibrates) calibrate(job);
 		const Localization& one_shot = *job.result;
 		odometry_check_.checked(motion, one_shot);
 		const double time = logs::to_seconds(job.logged.observation->timestamp);

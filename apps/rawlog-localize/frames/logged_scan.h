@@ -5,7 +5,9 @@
 #include <logs/log.h>
 
 #include <memory>
+#include <optional>
 #include <utility>
+#include <vector>
 
 namespace d2s1r::app
 {
@@ -23,6 +25,13 @@ inline LoggedScan logged_scan(ScanPtr observation, const logs::ScanDetails& deta
 {
 	return {std::move(observation), details.motion, details.unusable};
 }
+
+/// Returns a scan as overrides say.
+LoggedScan read_by(const ros::Overrides& overrides, LoggedScan logged);
+
+/// Returns the other ways in which the laser of scans may be mounted or read, see ros::other_mountings().
+std::vector<ros::Mounting> other_mountings(
+    const std::vector<LoggedScan>& scans, const std::optional<logs::OtherAngles>& angles, const ros::Overrides& given);
 
 /// Returns the scan that is localized: its beams are moved to its time.
 Scan scan_of(const LoggedScan& logged, const ScanParameters& parameters);

@@ -84,7 +84,6 @@ struct Line
 	double time = 0;                     //!< [s] of CARMEN's clock
 	mrpt::poses::CPose2D robot;          //!< in the frame of the odometry
 	std::optional<RecordedScan> scan{};  //!< no value: only odometry
-	double middle_angle = 0;             //!< [rad] of the scan, in the frame of the laser
 	mrpt::poses::CPose2D mounting{};     //!< laser on the robot
 	bool is_settled = true;              //!< its time will not change any more
 };
@@ -142,12 +141,12 @@ Line make_line(double time, const mrpt::poses::CPose2D& robot, const Laser& lase
 	scan.label = laser.label;
 	scan.max_range = static_cast<float>(laser.max_range);
 	const double aperture = laser.angle_step * (static_cast<double>(ranges.size()) - 1);
-	const double middle_angle = laser.first_angle + aperture / 2;
+	scan.middle_angle = laser.first_angle + aperture / 2;
 	scan.aperture = static_cast<float>(aperture);
-	scan.sensor_on_robot = laser.pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
+	scan.sensor_on_robot = laser.pose + mrpt::poses::CPose3D(0, 0, 0, scan.middle_angle, 0, 0);
 	scan.ranges = ranges;
 	for (const float range : ranges) scan.valid.push_back(range > 0 && range < scan.max_range ? 1 : 0);  // NaN is not
-	return {time, robot, std::move(scan), middle_angle, mrpt::poses::CPose2D(laser.pose), false};
+	return {time, robot, std::move(scan), mrpt::poses::CPose2D(laser.pose), false};
 }
 
 std::vector<float> read_ranges(Words& words)
@@ -247,7 +246,7 @@ class CarmenReader : public LogReader
 	{
 		if (scan_)
 		{
-			RawlogObject object = object_of(std::move(*std::exchange(scan_, std::nullopt)), middle_angle_);
+			RawlogObject object = object_of(std::move(*std::exchange(scan_, std::nullopt)));
 			const bool is_loose = known_.loose.count(object.scans.front()->label) > 0;
 			if (is_loose)
 				object.details.front().unusable = {
@@ -260,7 +259,6 @@ class CarmenReader : public LogReader
 			newest_ = line->time;
 			const auto time = from_seconds(line->time);
 			scan_ = std::move(line->scan);
-			middle_angle_ = line->middle_angle;
 			if (scan_) scan_->timestamp = time;
 			return object_of({"ODOMETRY", time, line->robot});
 		}
@@ -430,7 +428,6 @@ class CarmenReader : public LogReader
 	std::map<std::string, Line*> last_scans_;              //!< of these, the last scan of each laser
 	std::size_t waiting_ranges_ = 0;                       //!< [-] of their scans
 	std::optional<RecordedScan> scan_;                     //!< comes next
-	double middle_angle_ = 0;                              //!< [rad] of that scan
 	double newest_ = -std::numeric_limits<double>::max();  //!< [s] of the odometry so far
 	std::map<std::string, TimeRepair> clocks_;             //!< by laser
 	std::size_t scans_ = 0, repaired_ = 0;

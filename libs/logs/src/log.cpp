@@ -99,17 +99,15 @@ class OverridingReader : public LogReader
 		missing_class_ = reader_->missing_class();
 		if (!object) return std::nullopt;
 		alter_odometry(*object);
-		const double middle_angle = object->middle_angle;
 		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
 			const std::string& label = object->scans[i]->label;
 			const auto of_other = overrides_.of_others.find(label);
 			if (label != label_ && of_other == overrides_.of_others.end()) continue;
 			const ros::Overrides& of_laser = label == label_ ? overrides_ : of_other->second;
-			ros::apply(of_laser, middle_angle, *object->scans[i]);
+			apply(of_laser, *object->scans[i]);
 			alter(of_laser, object->details[i]);
 			object->bytes.clear();  // which are no longer those of the object
-			if (const auto& angles = of_laser.beam_angles) object->middle_angle = 0.5 * (angles->first + angles->last);
 		}
 		return object;
 	}
@@ -276,10 +274,15 @@ mrpt::Clock::time_point from_seconds(double seconds)
 	return mrpt::Clock::fromDouble(0) + mrpt::Clock::duration(std::llround(held * kTicksPerSecond));
 }
 
-RawlogObject object_of(RecordedScan scan, double middle_angle)
+void apply(const ros::Overrides& overrides, RecordedScan& scan)
+{
+	ros::apply(overrides, scan.middle_angle, scan);
+	if (const auto& angles = overrides.beam_angles) scan.middle_angle = 0.5 * (angles->first + angles->last);
+}
+
+RawlogObject object_of(RecordedScan scan)
 {
 	RawlogObject object;
-	object.middle_angle = middle_angle;
 	object.scans.push_back(std::make_shared<RecordedScan>(std::move(scan)));
 	object.details.emplace_back();
 	return object;

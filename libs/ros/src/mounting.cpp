@@ -150,7 +150,9 @@ std::vector<Mounting> other_mountings(
 	};
 	CPose3D told = laser;  // MRPT computes its angles in place
 	const CPose3D level(told.x(), told.y(), told.z(), told.yaw(), 0, 0), upside_down(0, 0, 0, 0, 0, M_PI);
-	if (!given.sensor_pose) add("scans mirrored").sensor_pose = laser + upside_down;
+	if (!given.sensor_pose)
+		add("scans are mirrored, by how the laser is mounted or by the image of the map").sensor_pose =
+		    laser + upside_down;
 	if (!given.sensor_pose && (is_laser_doubtful || is_tilted(laser)))
 	{
 		const CPose3D ahead_in_optical(mrpt::math::CQuaternionDouble(0.5, 0.5, -0.5, 0.5), 0, 0, 0);
@@ -158,11 +160,13 @@ std::vector<Mounting> other_mountings(
 			add("the frame of the scans is an optical frame (z ahead) and their beams are not").sensor_pose =
 			    laser + ahead_in_optical;
 		add("the laser is level, and not tilted as its frame is").sensor_pose = level;
-		add("laser level, scans mirrored").sensor_pose = level + upside_down;
+		add("the laser is level, and its scans are mirrored").sensor_pose = level + upside_down;
 	}
 	if (const double own = own_body_in(scans); own > 0 && !given.min_range)
 		add(mrpt::format("beams that see the same below %g m in all scans are the robot itself", own)).min_range = own;
-	if (angles && !given.beam_angles) add("angles of the beams: " + angles->because).beam_angles = angles->angles;
+	if (angles && !given.beam_angles)
+		add(angles->is_possible ? "angle_min and angle_max are right (" + angles->because + ")" : angles->because)
+		    .beam_angles = angles->angles;
 	return mountings;
 }
 

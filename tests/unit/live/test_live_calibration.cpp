@@ -194,10 +194,10 @@ TEST(LiveCalibration, FindsScansThatFitByAnotherMountingOnly)
 	WanderingDrive mirrored(0);
 	mirrored.alter_scan = mirror;
 	expect_found(mirrored, 12);
-	EXPECT_TRUE(mirrored.was_told("scans mirrored"));
+	EXPECT_TRUE(mirrored.was_told("scans are mirrored"));
 	WanderingDrive upside_down(WanderingDrive::laser_at(0.1, M_PI));
 	expect_found(upside_down, 12);
-	EXPECT_TRUE(upside_down.was_told("scans mirrored"));
+	EXPECT_TRUE(upside_down.was_told("scans are mirrored"));
 	WanderingDrive on_its_side(WanderingDrive::laser_at(0.1, M_PI / 2));
 	expect_found(on_its_side, 12);
 	EXPECT_TRUE(on_its_side.was_told("laser is level"));

@@ -41,7 +41,17 @@ struct RecordedScan : RangeScan
 
 	/// The observation of MRPT that it was read from; null in other formats.
 	mrpt::serialization::CSerializable::Ptr origin{};
+
+	/// [rad] Angle of the middle of its beams, which is ahead for MRPT, in the frame that the log's format gives a
+	/// laser.
+	double middle_angle = 0;
+
+	/// Returns that frame on the robot.
+	mrpt::poses::CPose3D laser() const { return sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0); }
 };
+
+/// Lets a scan be as overrides say, see ros::apply().
+void apply(const ros::Overrides& overrides, RecordedScan& scan);
 
 using Scans = std::vector<std::shared_ptr<RecordedScan>>;
 
@@ -98,10 +108,6 @@ struct RawlogObject
 	mrpt::serialization::CSerializable::Ptr object;  //!< of a rawlog, which holds the scans; null in other formats
 	std::optional<OdometryReading> reading;          //!< of another format
 
-	/// [rad] Angle of the middle of the scans, which is ahead for MRPT, in the frame that the log's format gives a
-	/// laser.
-	double middle_angle = 0;
-
 	/// Returns whether the log has it as an object; else it is odometry that the log has besides.
 	bool is_of_log() const { return !bytes.empty() || !scans.empty() || object || reading; }
 };
@@ -110,7 +116,7 @@ struct RawlogObject
 std::size_t weight_of(const RawlogObject& object);
 
 /// Returns a scan of another format than MRPT's as an object.
-RawlogObject object_of(RecordedScan scan, double middle_angle = 0);
+RawlogObject object_of(RecordedScan scan);
 
 /// Returns a pose of the odometry of another format than MRPT's as an object.
 RawlogObject object_of(OdometryReading reading);

@@ -230,7 +230,7 @@ class RosReader : public LogReader
 			if (const auto other = other_angles_of(scan); other && !other->is_possible)
 				details.unusable = {other->because, ScanDoubt::Field::kAngles};
 			const RangeScan read = ros::to_scan(scan, pose.value_or(Pose()));
-			object = object_of({read, topic, ros::to_time(scan.header.time)}, ros::middle_angle(scan));
+			object = object_of({read, topic, ros::to_time(scan.header.time), {}, ros::middle_angle(scan)});
 		}
 		if (!pose) details.unusable = {unknown_pose(taken), ScanDoubt::Field::kLaserPose};
 		object.details = {details};

@@ -22,7 +22,7 @@ Samples samples_of(const std::vector<float>& readings, float max_range)
 	scan.ranges = readings;
 	for (const float reading : readings) scan.valid.push_back(reading > 0 && reading < max_range ? 1 : 0);
 	Samples samples;
-	for (int i = 0; i < 3; i++) samples.chosen.push_back({{std::make_shared<logs::RecordedScan>(scan)}, 0});
+	for (int i = 0; i < 3; i++) samples.chosen.push_back({std::make_shared<logs::RecordedScan>(scan)});
 	return samples;
 }
 
@@ -35,14 +35,14 @@ std::vector<float> near_and(const std::vector<float>& others)
 	return readings;
 }
 
-/// The advice of each mistake that may have been made but for a mirror, a line each.
+/// The advice of each mistake that may have been made, a line each.
 std::string advice_on(const Samples& samples, const ScanParameters& parameters = {}, double range_factor = 1)
 {
 	std::string lines;
 	ros::Overrides given;
 	given.range_factor = range_factor;
 	for (const Mistake& mistake : usual_mistakes(samples, parameters))
-		if (!mistake.correction.sensor_pose) lines += app::advice_against(mistake, given) + "\n";
+		lines += app::advice_against(mistake, given) + "\n";
 	return lines;
 }
 }  // namespace
@@ -109,7 +109,7 @@ TEST(ShareThatMapConfirms, TellsOpenSpaceFromBeamsThatGotLost)
 					scan.ranges[i] = 0;
 					scan.valid[i] = 0;
 				}
-			samples.chosen.push_back({{std::make_shared<logs::RecordedScan>(scan)}, 0});
+			samples.chosen.push_back({std::make_shared<logs::RecordedScan>(scan)});
 			Localization answer;
 			answer.status = Status::kLocalized;
 			answer.hypotheses.emplace_back();
