@@ -65,10 +65,18 @@ mrpt::math::TPoint2D parse_point(const std::string& text)
 	return {values[0], values[1]};
 }
 
+std::string options_of(const ros::Overrides& overrides)
+{
+	std::string options;
+	for (const auto& [name, value] : ros::entries_of(overrides))
+		options += (options.empty() ? "--" : " --") + name + (value.empty() ? "" : " ") + value;
+	return options;
+}
+
 std::string beam_angles_option(const ros::BeamAngles& angles)
 {
 	ros::Overrides overrides;
 	overrides.beam_angles = angles;
-	return "--beam-angles " + ros::entries_of(overrides).front().second;
+	return options_of(overrides);
 }
 }  // namespace d2s1r::app

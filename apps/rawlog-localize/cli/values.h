@@ -29,6 +29,9 @@ double parse_resolution(const std::string& text);
 /// "X,Y" [m]
 mrpt::math::TPoint2D parse_point(const std::string& text);
 
+/// Returns what is given as options, "--sweep-time 0.1 --mirrored-odometry".
+std::string options_of(const ros::Overrides& overrides);
+
 /// Returns the option that gives these angles.
 std::string beam_angles_option(const ros::BeamAngles& angles);
 }  // namespace d2s1r::app

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "cli/console.h"
+#include "cli/values.h"
 #include "evaluation/accuracy.h"
 #include "frames/logged_scan.h"
 
@@ -23,14 +24,21 @@ using mrpt::poses::CPose3D;
 
 namespace
 {
-/// The scans of a drive that are tried, and the odometry around them.
+/// The scans of a drive that are tried, what the localizer says of them, and the odometry around them.
 struct DriveSamples
 {
 	std::vector<LoggedScan> scans;
-	std::vector<std::size_t> numbers;        //!< [-] of these, in the log
-	std::vector<d2s1r::TimedPose> odometry;  //!< by increasing time [s] by its clock
+	std::vector<std::size_t> numbers;                  //!< [-] of these, in the log
+	std::vector<std::optional<Localization>> answers;  //!< to these; no value: not searched
+	std::vector<d2s1r::TimedPose> odometry;            //!< by increasing time [s] by its clock
 	std::vector<double> lags;    //!< [s] of the odometry's clock when a scan came, minus the time of the scan
 	std::vector<double> stamps;  //!< [s] of all scans of the log
+
+	/// Returns where a sample was found; null if it was not.
+	const Hypothesis* found(std::size_t i) const
+	{
+		return answers[i] && answers[i]->status == Status::kLocalized ? &answers[i]->best() : nullptr;
+	}
 };
 
 /// Chooses scans between which the robot moves, some in a row in each of some parts of the log.
@@ -58,6 +66,7 @@ class SampleChooser
 		std::stable_sort(
 		    samples_.odometry.begin(), samples_.odometry.end(),
 		    [](const d2s1r::TimedPose& a, const d2s1r::TimedPose& b) { return a.time < b.time; });
+		samples_.answers.resize(samples_.scans.size());
 		return std::move(samples_);
 	}
 
@@ -88,14 +97,14 @@ class SampleChooser
 
 	void add(const LoggedScan& scan)
 	{
-		constexpr double kLeastTime = 0.35, kDistance = 0.25, kTurn = 0.35;  // [s], [m], [rad]
 		const std::size_t part = kParts * count_++ / std::max<std::size_t>(1, scans_);
 		if (part != part_) part_ = part, in_part_ = 0;
 		now_ = logs::to_seconds(scan.observation->timestamp);
 		const CPose2D motion = robot_ - robot_then_;
-		const bool has_moved = motion.norm() > kDistance || std::abs(motion.phi()) > kTurn;
+		const bool tells_more =
+		    now_ > then_ + ros::kLeastTime && ros::tells_more(motion.norm(), std::abs(motion.phi()));
 		const bool is_few = scans_ <= kParts * kInPart;  // of which all are tried
-		if (in_part_ >= kInPart || now_ <= 0 || !(is_few || (has_moved && now_ > then_ + kLeastTime))) return;
+		if (in_part_ >= kInPart || now_ <= 0 || !(is_few || tells_more)) return;
 		if (newest_) samples_.lags.push_back(*newest_ - now_);
 		samples_.odometry.insert(samples_.odometry.end(), recent_.begin(), recent_.end());
 		recent_.clear();
@@ -117,23 +126,18 @@ class SampleChooser
 	DriveSamples samples_;
 };
 
-/// Returns the samples by another mounting.
+/// Returns the samples by another mounting, by which they are not searched yet.
 DriveSamples mounted(DriveSamples samples, const ros::Mounting& mounting)
 {
 	for (LoggedScan& scan : samples.scans) scan = read_by(mounting.overrides, std::move(scan));
+	samples.answers.assign(samples.scans.size(), std::nullopt);
 	return samples;
 }
 
-constexpr std::size_t kReturns = 120;  // [-] of a scan; half of them confirm what messages say
-
-/// What the localizer says of the samples; no value of those that were not asked about.
-using Answers = std::vector<std::optional<Localization>>;
-
-/// Localizes those of the samples that were not yet.
+/// Localizes those of the samples that were not yet. Returns how many of them are found.
 /// \param numbers [-] of them
-void localize(
-    const DriveSamples& samples, const std::vector<std::size_t>& numbers, const SearchRequest& search,
-    const Atlas& atlas, Answers& answers)
+std::size_t localize(
+    DriveSamples& samples, const std::vector<std::size_t>& numbers, const SearchRequest& search, const Atlas& atlas)
 {
 	const ScanParameters& parameters = atlas.maps().front().localizer->parameters().scan;
 	const Query query = {{}, search.query.time_budget, search.query.stop};  // maps have their regions
@@ -141,11 +145,13 @@ void localize(
 	    numbers.size(), search.threads,
 	    [&](std::size_t i)
 	    {
-		    auto& answer = answers[numbers[i]];
+		    auto& answer = samples.answers[numbers[i]];
 		    if (answer || interrupted()) return;
 		    Localization found = atlas.localize(scan_of(samples.scans[numbers[i]], parameters), query);
 		    if (!interrupted()) answer = std::move(found);  // else the search may have been stopped
 	    });
+	const auto is_found = [&](std::size_t i) { return samples.found(i) != nullptr; };
+	return static_cast<std::size_t>(std::count_if(numbers.begin(), numbers.end(), is_found));
 }
 
 /// Returns each `step`-th of the samples.
@@ -156,124 +162,81 @@ std::vector<std::size_t> each(const DriveSamples& samples, std::size_t step)
 	return numbers;
 }
 
-bool is_localized(const std::optional<Localization>& answer)
-{
-	return answer && answer->status == Status::kLocalized;
-}
-
-std::size_t found_of(const Answers& answers)
-{
-	return static_cast<std::size_t>(std::count_if(answers.begin(), answers.end(), is_localized));
-}
-
-/// Returns the mounting by which most scans are found, if these are far more than by that of the messages.
-/// \param as_told answers by that of the messages
+/// Returns the mounting by which most scans are found, if these are far more than by that of the messages, by which
+/// they have been searched.
 ros::Mounting other_mounting(
-    const DriveSamples& samples, const logs::Sensor& sensor, const logs::Overrides& overrides,
-    const SearchRequest& search, const Atlas& atlas, const Answers& as_told)
+    DriveSamples& samples, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
+    const Atlas& atlas)
 {
 	constexpr std::size_t kEnough = 20;  // [-] scans of those that there are
 	const std::vector<std::size_t> tried = each(samples, std::max<std::size_t>(1, samples.scans.size() / kEnough));
-	const auto found_by = [&](const ros::Mounting& mounting)
+	const auto mountings = other_mountings(samples.scans, sensor.other_angles, overrides);
+	std::vector<std::size_t> found_by;
+	for (const ros::Mounting& mounting : mountings)
 	{
-		Answers answers(samples.scans.size());
-		localize(mounted(samples, mounting), tried, search, atlas, answers);
-		return found_of(answers);
-	};
-	const auto is_found = [&](std::size_t i) { return is_localized(as_told[i]); };
-	return ros::best_of(
-	    other_mountings(samples.scans, sensor.other_angles, overrides), tried.size(),
-	    static_cast<std::size_t>(std::count_if(tried.begin(), tried.end(), is_found)), found_by);
-}
-
-/// Returns whether the laser stays where it is on the robot.
-bool stays(const DriveSamples& samples)
-{
-	const CPose3D first = samples.scans.front().observation->laser();
-	return std::all_of(
-	    samples.scans.begin(), samples.scans.end(),
-	    [&](const LoggedScan& scan)
-	    {
-		    const CPose3D motion = scan.observation->laser() - first;
-		    return motion.norm() < 1e-3 && std::abs(calibration::from_above(motion).phi) < 1e-3;
-	    });
-}
-
-/// Says what was found and how sure it is, and writes it down as options and as a file.
-void tell(const std::string& label, DriveCalibration& result)
-{
-	result.line = mrpt::format(
-	    "laser '%s': %zu scans and %zu motions of the drive contradict the messages: ", label.c_str(),
-	    result.found.scans, result.found.motions);
-	for (const std::string& part : result.contradictions)
-		result.line += (&part == &result.contradictions.front() ? "" : "; ") + part;
-	result.line += ".";
-	for (const auto& [name, value] : ros::entries_of(result.overrides))
-	{
-		result.line += " --" + name + (value.empty() ? "" : " ") + value;
-		result.file += name + ": " + (value.empty() ? "true" : value) + "\n";
+		DriveSamples read = mounted(samples, mounting);
+		found_by.push_back(localize(read, tried, search, atlas));
 	}
-	result.line += " says the same and is used; --as-told believes the messages";
+	return ros::best_of(mountings, found_by, tried.size(), localize(samples, tried, search, atlas));
 }
-}  // namespace
 
-namespace
-{
 /// What the messages say of the samples, and what is known beside that.
 struct Beforehand
 {
-	CPose3D laser;  //!< frame on the robot
 	calibration::Reading told;
 	calibration::Given given;
 };
 
 Beforehand beforehand_of(const DriveSamples& samples, const logs::Sensor& sensor, const logs::Overrides& overrides)
 {
-	std::vector<double> firsts, durations, lags = samples.lags;
+	const CPose3D laser = samples.scans.front().observation->laser();
+	std::vector<double> firsts, durations;
+	bool is_elsewhere = false;
 	for (const LoggedScan& scan : samples.scans)
 	{
 		firsts.push_back(scan.sweep.first_beam);
 		durations.push_back(scan.sweep.beam_step * (static_cast<double>(scan.observation->size()) - 1));
+		is_elsewhere = is_elsewhere || ros::is_elsewhere(scan.observation->laser(), laser);
 	}
 	Beforehand known;
-	known.laser = samples.scans.front().observation->laser();
 	const ros::SweepTime sweep{percentile(durations, 0.5), percentile(firsts, 0.5)};
-	known.told = ros::told_reading(known.laser, sweep, {});  // what is given is in the scans
+	known.told = ros::told_reading(laser, sweep, {});  // what is given is in the scans
 	known.given = ros::known_by(overrides);
 	auto& is_known = known.given.known;
-	if (sensor.is_the_robot || !stays(samples))
+	if (sensor.is_the_robot || is_elsewhere)
 		is_known[calibration::kYaw] = is_known[calibration::kX] = is_known[calibration::kY] = true;
 	known.given.stamps = samples.stamps;
 	known.given.are_angles_doubtful = sensor.other_angles.has_value();
-	const double lag = lags.empty() ? 0 : percentile(lags, 0.5);
+	const double lag = samples.lags.empty() ? 0 : percentile(samples.lags, 0.5);
 	if (std::abs(lag) > 1) known.given.clocks.push_back(lag);
 	return known;
 }
 
 /// Returns the map in which most of the samples are found.
-const AtlasMap& map_of(const Atlas& atlas, const Answers& answers)
+const AtlasMap& map_of(const Atlas& atlas, const DriveSamples& samples)
 {
 	std::map<std::string, int> found;
-	for (const auto& answer : answers)
-		if (is_localized(answer)) found[answer->best().map]++;
+	for (std::size_t i = 0; i < samples.scans.size(); i++)
+		if (const Hypothesis* const best = samples.found(i)) found[best->map]++;
 	const auto is_less = [](const auto& a, const auto& b) { return a.second < b.second; };
 	const auto most = std::max_element(found.begin(), found.end(), is_less);
 	return found.empty() ? atlas.maps().front() : atlas.at(most->first);
 }
 
-/// Returns the samples as the calibration takes them: those in another map are not found.
-/// \param returns [-] of each that are kept
-std::vector<calibration::FoundScan> scans_of(
-    const DriveSamples& samples, const Answers& answers, const std::string& map, std::size_t returns)
+/// Returns the samples as the calibration takes them: those that are found in a map, or all to follow them through it.
+std::vector<calibration::FoundScan> scans_of(const DriveSamples& samples, const std::string& map, bool are_followed)
 {
+	constexpr std::size_t kReturns = 120;  // [-] of a scan; half of them confirm what messages say
 	std::vector<calibration::FoundScan> scans;
 	for (std::size_t i = 0; i < samples.scans.size(); i++)
 	{
 		const logs::RecordedScan& scan = *samples.scans[i].observation;
-		const bool is_found = is_localized(answers[i]) && answers[i]->best().map == map;
+		const Hypothesis* const best = samples.found(i);
+		const bool is_found = best && best->map == map;
+		if (!is_found && !are_followed) continue;
 		scans.push_back(calibration::found_scan(
 		    scan, scan.laser(), logs::to_seconds(scan.timestamp),
-		    is_found ? answers[i]->best().pose.asTPose() : mrpt::math::TPose2D(), returns));
+		    is_found ? best->pose.asTPose() : mrpt::math::TPose2D(), are_followed ? kReturns / 2 : kReturns));
 		scans.back().is_found = is_found;
 	}
 	return scans;
@@ -282,29 +245,27 @@ std::vector<calibration::FoundScan> scans_of(
 /// Returns what a drive shows that agrees with the messages wherever these lead from scan to scan; no value if it may
 /// not agree. Only few scans are searched: the first one after each gap, and the last one.
 std::optional<calibration::Calibration> confirmation_of(
-    const DriveSamples& samples, const Beforehand& known, const SearchRequest& search, const Atlas& atlas,
-    Answers& answers)
+    DriveSamples& samples, const Beforehand& known, const SearchRequest& search, const Atlas& atlas)
 {
 	constexpr double kGap = 5;  // [s]
 	std::vector<std::size_t> searched = {0, samples.scans.size() - 1};
 	const auto time = [&](std::size_t i) { return logs::to_seconds(samples.scans[i].observation->timestamp); };
 	for (std::size_t i = 1; i + 1 < samples.scans.size(); i++)
 		if (time(i) - time(i - 1) > kGap) searched.push_back(i);
-	localize(samples, searched, search, atlas, answers);
-	const AtlasMap& map = map_of(atlas, answers);
+	localize(samples, searched, search, atlas);
+	const AtlasMap& map = map_of(atlas, samples);
 	const Grid& grid = map.localizer->grid();
-	const auto samples_read = scans_of(samples, answers, map.name, kReturns / 2);
-	const auto scans = calibration::follow(grid, known.told, samples_read, samples.odometry);
+	const auto scans = calibration::follow(grid, known.told, scans_of(samples, map.name, true), samples.odometry);
 	const auto shown = calibration::calibrate(grid, known.told, scans, samples.odometry, known.given);
 	const bool agrees = !agreement_of(known.told, scans, samples.odometry).is_contradicted;
 	return shown.is_confirmed && agrees ? std::optional(shown) : std::nullopt;
 }
 
-std::map<std::size_t, Localization> by_number(const DriveSamples& samples, const Answers& answers)
+std::map<std::size_t, Localization> by_number(const DriveSamples& samples)
 {
 	std::map<std::size_t, Localization> found;
-	for (std::size_t i = 0; i < answers.size(); i++)
-		if (answers[i]) found.emplace(samples.numbers[i], *answers[i]);
+	for (std::size_t i = 0; i < samples.answers.size(); i++)
+		if (samples.answers[i]) found.emplace(samples.numbers[i], *samples.answers[i]);
 	return found;
 }
 
@@ -318,38 +279,32 @@ DriveCalibration look_at_drive(
 	const auto reader = logs::read_log(log, sensor.label, overrides);
 	DriveSamples samples = SampleChooser(sensor.label, sensor.scans).choose(*reader);
 	if (samples.scans.empty() || interrupted()) return result;
-	Answers answers(samples.scans.size());
 	Beforehand known = beforehand_of(samples, sensor, overrides);
-	if (const auto confirmed = is_brief ? confirmation_of(samples, known, search, atlas, answers) : std::nullopt)
+	if (const auto confirmed = is_brief ? confirmation_of(samples, known, search, atlas) : std::nullopt)
 	{
 		result.found = *confirmed;
-		result.answers = by_number(samples, answers);
+		result.answers = by_number(samples);
 		return result;
 	}
-	localize(samples, each(samples, 1), search, atlas, answers);
-	const auto as_told = by_number(samples, answers);
+	const std::size_t found_as_told = localize(samples, each(samples, 1), search, atlas);
+	const auto as_told = by_number(samples);
 	ros::Mounting mounting;
-	if (2 * found_of(answers) < answers.size() || sensor.other_angles)
+	if (2 * found_as_told < samples.scans.size() || sensor.other_angles)
+		mounting = other_mounting(samples, sensor, overrides, search, atlas);
+	if (!mounting.text.empty())
 	{
-		mounting = other_mounting(samples, sensor, overrides, search, atlas, answers);
-		if (!mounting.text.empty())
-		{
-			samples = mounted(std::move(samples), mounting);
-			answers = Answers(samples.scans.size());
-			localize(samples, each(samples, 1), search, atlas, answers);
-			known = beforehand_of(samples, sensor, overrides);
-		}
+		samples = mounted(std::move(samples), mounting);
+		localize(samples, each(samples, 1), search, atlas);
+		known = beforehand_of(samples, sensor, overrides);
 	}
-	const AtlasMap& map = map_of(atlas, answers);
-	std::vector<calibration::FoundScan> found = scans_of(samples, answers, map.name, kReturns);
-	found.erase(
-	    std::remove_if(found.begin(), found.end(), [](const auto& scan) { return !scan.is_found; }), found.end());
+	const AtlasMap& map = map_of(atlas, samples);
+	const std::vector<calibration::FoundScan> found = scans_of(samples, map.name, false);
 	if (found.empty() || interrupted()) return result;
 	result.found = calibration::calibrate(map.localizer->grid(), known.told, found, samples.odometry, known.given);
+	const logs::RecordedScan& first = *samples.scans.front().observation;
 	static_cast<ros::Overrides&>(result.overrides) =
-	    ros::with_shown(mounting.over(overrides), result.found, *samples.scans.front().observation, known.laser);
-	result.contradictions = ros::contradictions(result.found);
-	if (!mounting.text.empty()) result.contradictions.push_back(mounting.text);
+	    ros::with_shown(mounting.over(overrides), result.found, first, first.laser());
+	result.contradictions = ros::both(ros::contradictions(result.found), mounting.text);
 	if (result.contradictions.empty()) result.answers = as_told;
 	calibration::Agreement agreement = agreement_of(result.found.shown, found, samples.odometry);
 	if (sensor.is_the_robot) agreement.is_contradicted = false;
@@ -371,8 +326,13 @@ DriveCalibration calibrate_by_drive(
 	result.answers = std::move(again.answers);
 	if (result.is_contradicted) result.doubt = ros::doubt_of({}, result.found, false);
 	if (!again.doubt.why.empty()) result.doubt = again.doubt;
-	result.contradictions.insert(result.contradictions.end(), again.contradictions.begin(), again.contradictions.end());
-	tell(sensor.label, result);
+	result.contradictions = ros::both(result.contradictions, again.contradictions);
+	result.line = mrpt::format(
+	    "laser '%s': %zu scans and %zu motions of the drive contradict the messages: %s. %s says the same and is used; "
+	    "--as-told believes the messages",
+	    sensor.label.c_str(), result.found.scans, result.found.motions, result.contradictions.c_str(),
+	    options_of(result.overrides).c_str());
+	for (const std::string& line : ros::lines_of(result.overrides)) result.file += line + "\n";
 	return result;
 }
 

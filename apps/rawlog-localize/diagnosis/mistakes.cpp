@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cli/console.h"
+#include "cli/values.h"
 
 namespace d2s1r::app
 {
@@ -61,9 +62,7 @@ std::string advice_against(const Mistake& mistake, const ros::Overrides& given)
 	if (whole.range_factor) whole.range_factor = *whole.range_factor * given.range_factor.value_or(1);
 	if (whole.range_factor && std::abs(*whole.range_factor - 1) < 1e-6)
 		return "the ranges are in metres: leave out --range-factor";
-	std::string options;
-	for (const auto& [name, value] : ros::entries_of(whole))
-		options += (options.empty() ? "--" : " --") + name + " " + value;
+	const std::string options = options_of(whole);
 	const char* const between = options.empty() || mistake.to_do.empty() ? "" : ", and ";
 	return mistake.what + ": " + options + between + mistake.to_do;
 }

@@ -188,8 +188,7 @@ std::string LiveRobot::calibration_description() const
 {
 	std::string all = calibration.description();
 	for (const auto& [topic, other] : of_others_)
-		if (const std::string shown = other.description(); !shown.empty())
-			all += (all.empty() ? "" : "; ") + topic + ": " + shown;
+		if (const std::string shown = other.description(); !shown.empty()) all = ros::both(all, topic + ": " + shown);
 	return all;
 }
 

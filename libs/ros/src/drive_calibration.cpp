@@ -55,6 +55,19 @@ Doubt doubt_of(const calibration::Agreement& agreement, const Calibration& shown
 	return doubt;
 }
 
+bool tells_more(double way, double turn)
+{
+	constexpr double kWay = 0.25, kTurn = 0.35;  // [m], [rad]
+	return way > kWay || turn > kTurn;
+}
+
+bool is_elsewhere(const CPose3D& laser, const CPose3D& before)
+{
+	constexpr double kSame = 1e-3;  // [m] [rad]
+	const CPose3D motion = laser - before;
+	return motion.norm() > kSame || std::abs(calibration::from_above(motion).phi) > kSame;
+}
+
 calibration::Given known_by(const Overrides& given)
 {
 	calibration::Given known;
@@ -132,23 +145,28 @@ std::string number_text(double value, const UnknownText& text)
 }
 }  // namespace
 
-std::vector<std::string> contradictions(const Calibration& shown)
+std::string contradictions(const Calibration& shown)
 {
-	std::vector<std::string> parts;
+	std::string all;
 	for (std::size_t i = 0; i < kUnknowns; i++)
 	{
 		const Finding& finding = shown.findings[i];
 		if (finding.verdict != Verdict::kChanged) continue;
 		const UnknownText& text = kTexts[i];
-		parts.push_back(
-		    std::string(text.name) + " " + number_text(value_of(shown.shown, static_cast<Unknown>(i)), text) + " +- " +
-		    number_text(finding.deviation, text) + (*text.unit ? " " : "") + text.unit + ", not " +
-		    number_text(finding.told, text));
+		all = both(
+		    all, std::string(text.name) + " " + number_text(value_of(shown.shown, static_cast<Unknown>(i)), text) +
+		             " +- " + number_text(finding.deviation, text) + (*text.unit ? " " : "") + text.unit + ", not " +
+		             number_text(finding.told, text));
 	}
-	if (shown.shown.is_odometry_mirrored) parts.emplace_back("odometry mirrored");
+	if (shown.shown.is_odometry_mirrored) all = both(all, "odometry mirrored");
 	if (shown.shown.odometry_clock != 0)
-		parts.push_back(mrpt::format("clock of the odometry %+.2f s off", shown.shown.odometry_clock));
-	return parts;
+		all = both(all, mrpt::format("clock of the odometry %+.2f s off", shown.shown.odometry_clock));
+	return all;
+}
+
+std::string both(const std::string& a, const std::string& b)
+{
+	return a + (a.empty() || b.empty() ? "" : "; ") + b;
 }
 
 std::string table_of(const Calibration& shown)

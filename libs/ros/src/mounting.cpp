@@ -171,18 +171,13 @@ std::vector<Mounting> other_mountings(
 }
 
 Mounting best_of(
-    const std::vector<Mounting>& mountings, std::size_t scans, std::size_t as_told,
-    const std::function<std::size_t(const Mounting&)>& found_by)
+    const std::vector<Mounting>& mountings, const std::vector<std::size_t>& found_by, std::size_t scans,
+    std::size_t as_told)
 {
 	Mounting best;
 	std::size_t most = as_told + std::max<std::size_t>(2, as_told / 2);
-	for (const Mounting& mounting : mountings)
-	{
-		const std::size_t found = found_by(mounting);
-		if (4 * found < scans || found <= most) continue;
-		most = found;
-		best = mounting;
-	}
+	for (std::size_t i = 0; i < mountings.size(); i++)
+		if (4 * found_by[i] >= scans && found_by[i] > most) best = mountings[i], most = found_by[i];
 	return best;
 }
 }  // namespace d2s1r::ros

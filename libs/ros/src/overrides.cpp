@@ -184,6 +184,14 @@ std::vector<std::pair<std::string, std::string>> entries_of(const Overrides& ove
 	return entries;
 }
 
+std::vector<std::string> lines_of(const Overrides& overrides)
+{
+	std::vector<std::string> lines;
+	for (const auto& [name, value] : entries_of(overrides))
+		lines.push_back(name + ": " + (value.empty() ? "true" : value));
+	return lines;
+}
+
 bool enter(const std::string& name, const std::string& value, Overrides& overrides)
 {
 	const auto entry =

@@ -45,9 +45,7 @@ void RunningCalibration::follow(Time scan, const std::optional<CPose2D>& robot)
 
 bool RunningCalibration::wants(Time time) const
 {
-	constexpr double kWay = 0.25, kTurn = 0.35, kLeastTime = 0.35;  // [m], [rad], [s]
-	if (!is_on_) return false;
-	return !taken_ || (seconds(time - *taken_) > kLeastTime && (way_since_ > kWay || turn_since_ > kTurn));
+	return is_on_ && (!taken_ || (seconds(time - *taken_) > kLeastTime && tells_more(way_since_, turn_since_)));
 }
 
 bool RunningCalibration::is_open() const
@@ -74,10 +72,8 @@ void RunningCalibration::clear()
 bool RunningCalibration::take(const UncalibratedScan& scan)
 {
 	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
-	const auto is_elsewhere = [](const CPose3D& motion)
-	{ return motion.norm() > 1e-3 || std::abs(calibration::from_above(motion).phi) > 1e-3; };
 	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
-	if (laser_ && is_elsewhere(laser - *laser_))
+	if (laser_ && is_elsewhere(laser, *laser_))
 	{
 		clear();
 		mount(given_);
@@ -158,15 +154,12 @@ bool RunningCalibration::miss(const UncalibratedScan& scan, const Finder& is_fou
 	};
 	found_by_.push_back(static_cast<std::size_t>(std::count_if(missed_.begin(), missed_.end(), is_found_so)));
 	if (found_by_.size() < mountings_.size()) return false;
-	const auto mountings = std::exchange(mountings_, {});
-	const auto found_by = std::exchange(found_by_, {});
-	auto next = found_by.begin();
-	const Mounting mounting = best_of(mountings, missed_.size(), 0, [&](const Mounting&) { return *next++; });
+	const Mounting mounting = best_of(std::exchange(mountings_, {}), std::exchange(found_by_, {}), missed_.size(), 0);
 	if (mounting.text.empty()) return false;
 	mount(mounting.over(mounted_));
 	mounting_ = mounting.text;
 	clear();
-	tell({});
+	tell("");
 	return true;
 }
 
@@ -208,16 +201,14 @@ bool RunningCalibration::calibrate(
 }
 
 /// Keeps for people what the drive contradicts.
-void RunningCalibration::tell(const std::vector<std::string>& contradictions)
+void RunningCalibration::tell(const std::string& contradictions)
 {
-	shown_ = mounting_;
-	for (const std::string& part : contradictions) shown_ += (shown_.empty() ? "" : "; ") + part;
+	shown_ = both(mounting_, contradictions);
 	if (shown_.empty()) return;
+	std::string file;
+	for (const std::string& line : lines_of(in_use_)) file = both(file, line);
 	shown_ = "the drive contradicts the messages of the laser: " + shown_ +
-	         ". Its scans are read as a calibration file says with";
-	for (const auto& [name, value] : entries_of(in_use_))
-		shown_ += " " + name + ": " + (value.empty() ? "true" : value) + ";";
-	shown_.back() = ' ';
+	         ". Its scans are read as a calibration file says with " + file;
 }
 
 Doubt RunningCalibration::doubt() const

@@ -6,7 +6,6 @@
 #include <d2s1r/localization.h>
 
 #include <string>
-#include <vector>
 
 #include "ros/overrides.h"
 
@@ -32,6 +31,14 @@ Doubt both(const Doubt& a, const Doubt& b);
 /// \param is_guessed whether only scans say where it is, see other_mountings()
 Doubt doubt_of(const calibration::Agreement& agreement, const calibration::Calibration& shown, bool is_guessed);
 
+/// Returns whether a robot has moved so far [m], or turned so far [rad], that a scan tells something which the last one
+/// that was taken does not, if it is later by kLeastTime [s].
+bool tells_more(double way, double turn);
+inline constexpr double kLeastTime = 0.35;
+
+/// Returns whether a laser is not where it was on the robot.
+bool is_elsewhere(const mrpt::poses::CPose3D& laser, const mrpt::poses::CPose3D& before);
+
 /// Returns what is known for sure of a laser.
 calibration::Given known_by(const Overrides& given);
 
@@ -43,8 +50,12 @@ calibration::Reading told_reading(const mrpt::poses::CPose3D& laser, const Sweep
 Overrides with_shown(
     Overrides given, const calibration::Calibration& shown, const RangeScan& scan, const mrpt::poses::CPose3D& laser);
 
-/// Says what contradicts the messages, and how sure that is, a part each: "yaw of the laser 179.8 +- 0.3 deg, not 0.0".
-std::vector<std::string> contradictions(const calibration::Calibration& shown);
+/// Says what contradicts the messages, and how sure that is: "yaw of the laser 179.8 +- 0.3 deg, not 0.0"; empty if
+/// nothing does.
+std::string contradictions(const calibration::Calibration& shown);
+
+/// Returns two texts, either of which may be empty, in one line.
+std::string both(const std::string& a, const std::string& b);
 
 /// Returns the table of what a drive shows: unknown, messages, drive, standard deviation, verdict.
 std::string table_of(const calibration::Calibration& shown);

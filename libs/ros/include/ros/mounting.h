@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,9 +47,9 @@ std::vector<Mounting> other_mountings(
 
 /// Returns the mounting by which most scans are found, if these are at least a quarter, and more than one and a
 /// half times those that are found as it is told, by three at least; else one without overrides.
-/// \param scans that are tried \param as_told those of them that are found as it is told
-/// \param found_by returns the number of those that are found by a mounting
+/// \param found_by scans that are found by each \param scans that are tried \param as_told those of them that are
+/// found as it is told
 Mounting best_of(
-    const std::vector<Mounting>& mountings, std::size_t scans, std::size_t as_told,
-    const std::function<std::size_t(const Mounting&)>& found_by);
+    const std::vector<Mounting>& mountings, const std::vector<std::size_t>& found_by, std::size_t scans,
+    std::size_t as_told);
 }  // namespace d2s1r::ros

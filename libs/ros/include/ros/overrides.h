@@ -47,6 +47,9 @@ mrpt::poses::CPose2D odometry_as(const Overrides& overrides, const mrpt::poses::
 /// says that the name alone is given.
 std::vector<std::pair<std::string, std::string>> entries_of(const Overrides& overrides);
 
+/// Returns what is given as lines of a calibration file, "sweep-time: 0.1".
+std::vector<std::string> lines_of(const Overrides& overrides);
+
 /// Gives a value by its name, as entries_of() has it; the value of a name that is given alone is "true". Returns
 /// whether there is such a name.
 /// \throws std::invalid_argument "'TEXT' is not ..., and what to write instead", which does not repeat the name

@@ -89,7 +89,7 @@ class RunningCalibration
 	bool calibrate(const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest);
 	void mount(const Overrides& overrides);
 	void begin_trial(const UncalibratedScan& scan, const mrpt::poses::CPose3D& laser);
-	void tell(const std::vector<std::string>& contradictions);
+	void tell(const std::string& contradictions);
 
 	Overrides given_, mounted_, in_use_;  //!< given; with the mounting by which scans are found; with what is shown
 	bool is_on_, is_odometry_known_;
