@@ -33,19 +33,20 @@ bool are_apart(const calibration::Reading& a, const calibration::Reading& b)
 void RunningCalibration::follow(Time scan, const std::optional<CPose2D>& robot)
 {
 	constexpr std::size_t kMostStamps = 1000;
-	stamps_.push_back(seconds(scan));
-	if (stamps_.size() > kMostStamps) stamps_.erase(stamps_.begin());
+	since_.stamps.push_back(seconds(scan));
+	if (since_.stamps.size() > kMostStamps) since_.stamps.erase(since_.stamps.begin());
 	const auto before = std::exchange(robot_, robot);
 	if (!robot || !before) return;
 	const CPose2D motion = *robot - *before;
 	if (!is_plausible(motion)) return;
 	way_ += motion.norm(), turn_ += std::abs(motion.phi());
-	way_since_ += motion.norm(), turn_since_ += std::abs(motion.phi());
+	since_.way += motion.norm(), since_.turn += std::abs(motion.phi());
 }
 
 bool RunningCalibration::wants(Time time) const
 {
-	return is_on_ && (!taken_ || (seconds(time - *taken_) > kLeastTime && tells_more(way_since_, turn_since_)));
+	return is_on_ &&
+	       (!since_.taken || (seconds(time - *since_.taken) > kLeastTime && tells_more(since_.way, since_.turn)));
 }
 
 bool RunningCalibration::is_open() const
@@ -56,15 +57,7 @@ bool RunningCalibration::is_open() const
 
 void RunningCalibration::clear()
 {
-	scans_.clear();
-	missed_.clear();
-	mountings_.clear();
-	found_by_.clear();
-	odometry_.clear();
-	stamps_.clear();
-	taken_.reset();
-	next_ = next_mounting_ = kFirst;
-	way_since_ = turn_since_ = 0;
+	since_ = {};
 	if (!is_contradicted()) way_ = turn_ = 0;
 }
 
@@ -75,112 +68,106 @@ bool RunningCalibration::take(const UncalibratedScan& scan)
 	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
 	if (laser_ && is_elsewhere(laser, *laser_))
 	{
-		clear();
-		mount(given_);
-		mounting_.clear();
-		shown_.clear();
+		mount(given_, "");
 		moved_++;
 	}
 	laser_ = laser;
 	if (moved_ > kMostMounts) is_on_ = false;
-	taken_ = scan.time;
-	way_since_ = turn_since_ = 0;
+	since_.taken = scan.time;
+	since_.way = since_.turn = 0;
 	return is_on_;
 }
 
-/// Reads the laser in another way. Readings of the odometry have come as they were in use, and go on to do so.
-void RunningCalibration::mount(const Overrides& overrides)
+/// Begins anew with a laser that is read in another way. Readings of the odometry have come as they were in use, and go
+/// on to do so.
+void RunningCalibration::mount(const Overrides& overrides, const std::string& because)
 {
 	mounted_ = overrides;
+	mounting_ = because;
 	const Overrides before = std::exchange(in_use_, overrides);
 	in_use_.is_odometry_mirrored = before.is_odometry_mirrored;
 	in_use_.odometry_clock = before.odometry_clock;
 	found_.reset();
 	agreement_ = {};
+	clear();
+	tell("");
 }
 
 bool RunningCalibration::add(
     const Grid& map, const UncalibratedScan& scan, const TPose2D& robot, const Readings& readings)
 {
 	if (!take(scan)) return false;
+	constexpr Time kAround = 6 * kSecond;  // [ns] of odometry before a scan
 	const CPose3D laser = mounted_.sensor_pose.value_or(scan.laser);
-	told_ = told_reading(laser, scan.sweep, mounted_);
 	calibration::FoundScan found = calibration::found_scan(scan.scan, laser, seconds(scan.time), robot);
 	// The laser was found where it is, by whatever reading.
 	found.laser = robot + calibration::from_above(in_use_.sensor_pose.value_or(laser));
-	scans_.emplace_back(&map, std::move(found));
-	add_odometry(readings, scan.time);
+	since_.scans.emplace_back(&map, std::move(found));
+	const double newest = since_.odometry.empty() ? 0 : since_.odometry.back().time;
+	for (const auto& [time, pose] : readings)
+		if (seconds(time) > newest && time >= scan.time - kAround) since_.odometry.push_back({seconds(time), pose});
 	std::vector<calibration::FoundScan> scans;  // in this map
-	for (const auto& [its_map, its_scan] : scans_)
+	for (const auto& [its_map, its_scan] : since_.scans)
 		if (its_map == &map) scans.push_back(its_scan);
-	const bool is_other = scans.size() >= next_ && calibrate(map, scans, scan);
-	const calibration::Reading read = told_reading(laser, scan.sweep, in_use_);
-	if (is_other && scans_.empty()) scans.clear();  // of another odometry
-	const calibration::Agreement now = agreement_of(read, scans, odometry_);
+	const bool is_other = scans.size() >= since_.next && calibrate(map, scans, scan);
+	if (is_other && since_.scans.empty()) scans.clear();  // of another odometry
+	const calibration::Agreement now =
+	    agreement_of(told_reading(scan.laser, scan.sweep, in_use_), scans, since_.odometry);
 	if (is_other || now.is_shown) agreement_ = now;
-	if (scans_.size() < kMost) return is_other;
-	if (is_contradicted())
-		clear();  // and looks at what follows
-	else
-		is_on_ = false, scans_ = {}, missed_ = {}, odometry_ = {};
+	if (since_.scans.size() < kMost) return is_other;
+	is_on_ = is_contradicted();  // and looks at what follows
+	clear();
 	return is_other;
 }
 
 /// Keeps a scan that was missed, and looks up by which mountings these are to be tried if that is due.
 void RunningCalibration::begin_trial(const UncalibratedScan& scan, const CPose3D& laser)
 {
-	missed_.push_back(scan);
-	if (missed_.size() < next_mounting_ || missed_.size() <= scans_.size()) return;
-	next_mounting_ = 2 * missed_.size();
-	if (next_mounting_ > kMost) missed_.erase(missed_.begin(), missed_.end() - kFirst), next_mounting_ = kMost;
+	since_.missed.push_back(scan);
+	if (since_.missed.size() < since_.next_mounting || since_.missed.size() <= since_.scans.size()) return;
+	since_.next_mounting = 2 * since_.missed.size();
+	if (since_.next_mounting > kMost)
+		since_.missed.erase(since_.missed.begin(), since_.missed.end() - kFirst), since_.next_mounting = kMost;
 	std::vector<std::shared_ptr<const RangeScan>> scans;
-	for (const UncalibratedScan& each : missed_) scans.push_back(std::make_shared<RangeScan>(each.scan));
-	mountings_ = other_mountings(scans, laser, false, scan.other_angles, mounted_);
+	for (const UncalibratedScan& each : since_.missed) scans.push_back(std::make_shared<RangeScan>(each.scan));
+	since_.mountings = other_mountings(scans, laser, false, scan.other_angles, mounted_);
 }
 
 bool RunningCalibration::miss(const UncalibratedScan& scan, const Finder& is_found)
 {
 	if (!take(scan) || is_confirmed()) return false;
 	const CPose3D laser = mounted_.sensor_pose.value_or(scan.laser);
-	if (mountings_.empty()) begin_trial(scan, laser);
-	if (mountings_.empty()) return false;
+	if (since_.mountings.empty()) begin_trial(scan, laser);
+	if (since_.mountings.empty()) return false;
 	const double middle = calibration::from_above(scan.scan.sensor_on_robot - laser).phi;
-	const Overrides& tried = mountings_[found_by_.size()].overrides;
+	const Overrides& tried = since_.mountings[since_.found_by.size()].overrides;
 	const auto is_found_so = [&](const UncalibratedScan& each)
 	{
 		RangeScan read = each.scan;
 		apply(tried, middle, read);
 		return is_found(read, each.motion);
 	};
-	found_by_.push_back(static_cast<std::size_t>(std::count_if(missed_.begin(), missed_.end(), is_found_so)));
-	if (found_by_.size() < mountings_.size()) return false;
-	const Mounting mounting = best_of(std::exchange(mountings_, {}), std::exchange(found_by_, {}), missed_.size(), 0);
+	since_.found_by.push_back(
+	    static_cast<std::size_t>(std::count_if(since_.missed.begin(), since_.missed.end(), is_found_so)));
+	if (since_.found_by.size() < since_.mountings.size()) return false;
+	const Mounting mounting =
+	    best_of(std::exchange(since_.mountings, {}), std::exchange(since_.found_by, {}), since_.missed.size(), 0);
 	if (mounting.text.empty()) return false;
-	mount(mounting.over(mounted_));
-	mounting_ = mounting.text;
-	clear();
-	tell("");
+	mount(mounting.over(mounted_), mounting.text);
 	return true;
-}
-
-void RunningCalibration::add_odometry(const Readings& readings, Time scan)
-{
-	constexpr Time kAround = 6 * kSecond;  // [ns] before a scan
-	const double newest = odometry_.empty() ? 0 : odometry_.back().time;
-	for (const auto& [time, pose] : readings)
-		if (seconds(time) > newest && time >= scan - kAround) odometry_.push_back({seconds(time), pose});
 }
 
 bool RunningCalibration::calibrate(
     const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest)
 {
-	next_ = scans.size() + scans.size() / 3;
+	since_.next = scans.size() + scans.size() / 3;
 	calibration::Given given = known_by(given_);
 	given.known[calibration::kAngleScale] = mounted_.beam_angles || newest.is_cloud;
-	given.stamps = stamps_;
+	given.stamps = since_.stamps;
 	given.are_angles_doubtful = newest.other_angles.has_value();
 	given.is_odometry_known = is_odometry_known_;
-	const calibration::Calibration found = calibration::calibrate(map, told_, scans, odometry_, given);
+	const calibration::Reading told = told_reading(newest.laser, newest.sweep, mounted_);
+	const calibration::Calibration found = calibration::calibrate(map, told, scans, since_.odometry, given);
 	const auto verdict = [&](calibration::Unknown unknown) { return found.findings[unknown].verdict; };
 	const bool is_mount_shown =
 	    given.known[calibration::kYaw] || verdict(calibration::kYaw) != calibration::Verdict::kNotShown;
@@ -193,7 +180,7 @@ bool RunningCalibration::calibrate(
 	in_use_.is_odometry_mirrored = before.is_odometry_mirrored != found.shown.is_odometry_mirrored;
 	in_use_.odometry_clock = before.odometry_clock + found.shown.odometry_clock;
 	const bool is_other_odometry = found.shown.is_odometry_mirrored || found.shown.odometry_clock != 0;
-	const bool is_other = is_other_odometry || are_apart(found.shown, found_ ? found_->shown : told_);
+	const bool is_other = is_other_odometry || are_apart(found.shown, found_ ? found_->shown : told);
 	found_ = found;
 	if (is_other_odometry) clear();
 	if (is_other) tell(contradictions(found));
@@ -213,7 +200,7 @@ void RunningCalibration::tell(const std::string& contradictions)
 
 Doubt RunningCalibration::doubt() const
 {
-	const bool is_guessed = !mounting_.empty() && mounted_.sensor_pose && !given_.sensor_pose;
+	const bool is_guessed = mounted_.sensor_pose && !given_.sensor_pose;
 	return doubt_of(agreement_, found_ ? *found_ : calibration::Calibration(), is_guessed);
 }
 

@@ -85,29 +85,33 @@ class RunningCalibration
 	static constexpr std::size_t kFirst = 8, kMost = 60;  //!< [-] scans by which it calibrates first, and that it keeps
 
 	bool take(const UncalibratedScan& scan);
-	void add_odometry(const Readings& readings, Time scan);
 	bool calibrate(const Grid& map, const std::vector<calibration::FoundScan>& scans, const UncalibratedScan& newest);
-	void mount(const Overrides& overrides);
+	void mount(const Overrides& overrides, const std::string& because);
 	void begin_trial(const UncalibratedScan& scan, const mrpt::poses::CPose3D& laser);
 	void tell(const std::string& contradictions);
+
+	/// What has come of one laser, in one reading of the odometry.
+	struct Collected
+	{
+		std::vector<std::pair<const Grid*, calibration::FoundScan>> scans;  //!< that were found, and in which map
+		std::vector<UncalibratedScan> missed;
+		std::vector<Mounting> mountings;                    //!< by which these are tried
+		std::vector<std::size_t> found_by;                  //!< [-] of them by each that has been tried
+		std::size_t next = kFirst, next_mounting = kFirst;  //!< [-] scans, found and missed, with which it looks again
+		std::vector<TimedPose> odometry;
+		std::vector<double> stamps;  //!< [s] of the last scans
+		std::optional<Time> taken;   //!< time of the last scan that was found or missed
+		double way = 0, turn = 0;    //!< [m], [rad] that the robot moved since that one
+	};
 
 	Overrides given_, mounted_, in_use_;  //!< given; with the mounting by which scans are found; with what is shown
 	bool is_on_, is_odometry_known_;
 	std::optional<mrpt::poses::CPose2D> robot_;      //!< at the last scan, by the odometry
 	double way_ = 0, turn_ = 0;                      //!< [m], [rad] that the robot moved since it was switched on
-	double way_since_ = 0, turn_since_ = 0;          //!< the same since the last scan that was taken
-	std::optional<Time> taken_;                      //!< time of that scan
 	std::optional<mrpt::poses::CPose3D> laser_;      //!< of the scans, by the messages if it is not given
 	int moved_ = 0;                                  //!< [-] times that this changed
-	calibration::Reading told_;                      //!< by the messages
 	std::optional<calibration::Calibration> found_;  //!< what is in use; no value: what the messages say
-	std::vector<std::pair<const Grid*, calibration::FoundScan>> scans_;
-	std::vector<UncalibratedScan> missed_;
-	std::vector<Mounting> mountings_;    //!< by which these are tried
-	std::vector<std::size_t> found_by_;  //!< [-] of them by each that has been tried
-	std::vector<TimedPose> odometry_;
-	std::vector<double> stamps_;                          //!< [s] of the last scans, see calibration::Given
-	std::size_t next_ = kFirst, next_mounting_ = kFirst;  //!< [-] scans, found and missed, with which it looks again
+	Collected since_;                                //!< clear()
 	calibration::Agreement agreement_;
 	std::string mounting_;  //!< by which scans are found, for people; empty: as it is told
 	std::string shown_;     //!< what the drive contradicts; empty: nothing
