@@ -34,17 +34,12 @@ double best_scale(const Tester& tester)
 	constexpr double kLargeStep = 1.04, kSmallStep = 1.01;
 	constexpr std::size_t kFewer = 4;  // [-] one scan in so many
 	const float max_range = tester.samples().chosen.front().observation->max_range;
-	const auto score = [&](double factor) {
-		return tester.try_scans({"", scaled_by(factor, max_range)}, kFewer).score();
-	};
 	double best = 1, most = 0;
 	const auto look = [&](double factor)
 	{
 		if (interrupted()) return;
-		const double here = score(factor);
-		if (here <= most) return;
-		most = here;
-		best = factor;
+		const double score = tester.try_scans({"", scaled_by(factor, max_range)}, kFewer).score();
+		if (score > most) best = factor, most = score;
 	};
 	for (double factor = 0.5; factor < 2.04; factor *= kLargeStep)
 		if (std::abs(std::log(factor)) > 0.5 * std::log(kLargeStep)) look(factor);
@@ -61,58 +56,44 @@ std::string how_to_set_resolution(const MapRequest& map, double cell)
 	return "draw the map again";
 }
 
-constexpr double kMostOfThem = 0.7;      // [-] share that counts as agreement
-constexpr std::size_t kFewestPairs = 5;  // [-] that show something
-
-struct Offset
-{
-	double x, y;  //!< [m] found minus true, map frame
-	double yaw;   //!< [rad]
-};
-
 double median_of(std::vector<double> values)
 {
 	return percentile(std::move(values), 0.5);
 }
 
-std::vector<Offset> offsets_from_truth(
-    const std::vector<LoggedScan>& samples, const Trial& trial, const GroundTruth& truth)
+/// Returns the line of an origin of the map that is wrong by the ground truth, though the scans fit.
+std::vector<std::string> advice_by_truth(
+    const std::vector<LoggedScan>& samples, const Trial& trial, const GroundTruth& truth, const OccupancyMap& map)
 {
+	constexpr double kSameYaw = mrpt::DEG2RAD(20.0), kSame = 0.3, kApart = 0.5;  // [rad], [m], [m]
+	constexpr double kMostOfThem = 0.7;                                          // [-] share that counts as agreement
+	constexpr std::size_t kFewestPairs = 5;                                      // [-] that show something
 	std::vector<KeptFrame> frames;
 	for (std::size_t i = 0; i < samples.size(); i++)
 		if (trial.answers[i].status == Status::kLocalized)
 			frames.push_back(keep({i, logs::to_seconds(samples[i].observation->timestamp), trial.answers[i]}));
 	const AlignedTruth aligned = align_truth(truth, frames);
-	std::vector<Offset> offsets;
-	for (const Match& match : match(frames, aligned.lines))
-	{
-		const auto &found = match.frame->pose, &right = match.truth.robot;
-		offsets.push_back({found.x - right.x, found.y - right.y, mrpt::math::wrapToPi(found.phi - right.phi)});
-	}
-	return offsets;
-}
-
-/// Returns the line of an origin of the map that is wrong by the ground truth, though the scans fit.
-std::vector<std::string> advice_by_truth(const std::vector<Offset>& offsets, const OccupancyMap& map)
-{
-	constexpr double kSameYaw = mrpt::DEG2RAD(20.0), kApart = 0.5;  // [rad], [m]
-	if (offsets.size() < kFewestPairs) return {};
+	const std::vector<Match> matches = match(frames, aligned.lines);
+	if (matches.size() < kFewestPairs) return {};
 	std::vector<double> xs, ys;
-	for (const Offset& offset : offsets)
+	for (const Match& match : matches)
 	{
-		xs.push_back(offset.x);
-		ys.push_back(offset.y);
+		xs.push_back(match.frame->pose.x - match.truth.robot.x);
+		ys.push_back(match.frame->pose.y - match.truth.robot.y);
 	}
-	const double x = median_of(xs), y = median_of(ys);
-	const auto is_same = [&](const Offset& offset)
-	{ return std::hypot(offset.x - x, offset.y - y) < 0.3 && std::abs(offset.yaw) < kSameYaw; };
-	const auto same = std::count_if(offsets.begin(), offsets.end(), is_same);
-	if (std::hypot(x, y) < kApart || static_cast<double>(same) < kMostOfThem * static_cast<double>(offsets.size()))
+	const double x = median_of(xs), y = median_of(ys);  // [m] found minus true, map frame
+	std::size_t same = 0;
+	for (std::size_t i = 0; i < matches.size(); i++)
+	{
+		const double turn = mrpt::math::wrapToPi(matches[i].frame->pose.phi - matches[i].truth.robot.phi);
+		same += std::hypot(xs[i] - x, ys[i] - y) < kSame && std::abs(turn) < kSameYaw;
+	}
+	if (std::hypot(x, y) < kApart || static_cast<double>(same) < kMostOfThem * static_cast<double>(matches.size()))
 		return {};
 	return {mrpt::format(
-	    "%td of %zu poses are those of the ground truth if the origin of the map is (%.2f, %.2f) instead of (%.2f, "
+	    "%zu of %zu poses are those of the ground truth if the origin of the map is (%.2f, %.2f) instead of (%.2f, "
 	    "%.2f) m: --origin, or origin in the yaml file",
-	    same, offsets.size(), static_cast<double>(map.origin_x) - x, static_cast<double>(map.origin_y) - y,
+	    same, matches.size(), static_cast<double>(map.origin_x) - x, static_cast<double>(map.origin_y) - y,
 	    static_cast<double>(map.origin_x), static_cast<double>(map.origin_y))};
 }
 
@@ -210,7 +191,8 @@ std::optional<logs::OtherAngles> other_angles_of(const logs::LogSurvey& survey, 
 }
 
 /// Returns the line about a map that was drawn in another way than it is read, if far more scans fit then.
-std::vector<std::string> advice_by_changed_map(const Tester& tester, const MapRequest& request, std::size_t fit)
+std::vector<std::string> advice_by_changed_map(
+    const Tester& tester, const MapRequest& request, int threads, std::size_t fit)
 {
 	const std::string& file = request.name();
 	if (!is_yaml_name(file) && !request.image) return {};
@@ -245,7 +227,7 @@ std::vector<std::string> advice_by_changed_map(const Tester& tester, const MapRe
 		};
 		const auto localizer = read_interruptibly(file, build);
 		if (!localizer) continue;
-		const Trial trial = tester.with_localizer(localizer).try_scans({});
+		const Trial trial = Tester(tester.samples(), threads, *localizer).try_scans({});
 		if (is_far_better(trial, fit)) return {fit_without(trial, fit, advice)};
 	}
 	constexpr double kLeast = 0.01;  // [-] share of an image that is worth a word
@@ -278,9 +260,9 @@ Diagnosis diagnose(
 			add({fit_without(worst->second, diagnosis.fit, advice_against(worst->first, overrides))});
 	if (diagnosis.advice.empty()) add(advice_on_invalid(as_it_is, tester));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
-		add(advice_by_changed_map(tester, command.map, diagnosis.fit));
+		add(advice_by_changed_map(tester, command.map, command.search.threads, diagnosis.fit));
 	if (diagnosis.advice.empty() && 2 * diagnosis.fit >= diagnosis.tried && !truth.empty())
-		add(advice_by_truth(offsets_from_truth(samples.chosen, as_it_is, truth), localizer.map()));
+		add(advice_by_truth(samples.chosen, as_it_is, truth, localizer.map()));
 	return diagnosis;
 }
 }  // namespace d2s1r::app

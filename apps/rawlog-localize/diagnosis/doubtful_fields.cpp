@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 namespace d2s1r::app
 {
@@ -133,30 +134,21 @@ std::string what_to_do(ScanDefect defect, const std::vector<LoggedScan>& samples
 	}
 	return "check the log";
 }
-
-struct Refused
-{
-	ScanDefect defect = ScanDefect::kNone;
-	std::size_t scans = 0;
-};
 }  // namespace
 
 std::vector<std::string> advice_on_invalid(const Trial& trial, const Tester& tester)
 {
 	if (2 * trial.count(Status::kInvalid) <= trial.answers.size()) return {};
 	const std::vector<LoggedScan>& samples = tester.samples().chosen;
-	std::map<std::string, Refused> reasons;
+	std::map<std::pair<std::string, ScanDefect>, std::size_t> reasons;  // and for how many scans
 	for (std::size_t i = 0; i < samples.size(); i++)
-	{
-		if (trial.answers[i].status != Status::kInvalid) continue;
-		Refused& refused = reasons[trial.answers[i].note];
-		refused.defect = defect_of(samples[i], tester.localizer().parameters().scan);
-		refused.scans++;
-	}
+		if (trial.answers[i].status == Status::kInvalid)
+			reasons[{trial.answers[i].note, defect_of(samples[i], tester.localizer().parameters().scan)}]++;
 	const auto most = std::max_element(
-	    reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.second.scans < b.second.scans; });
+	    reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+	const auto& [reason, defect] = most->first;
 	return {mrpt::format(
-	    "%zu of %zu scans cannot be used (%s): %s", most->second.scans, trial.answers.size(), most->first.c_str(),
-	    what_to_do(most->second.defect, samples).c_str())};
+	    "%zu of %zu scans cannot be used (%s): %s", most->second, trial.answers.size(), reason.c_str(),
+	    what_to_do(defect, samples).c_str())};
 }
 }  // namespace d2s1r::app

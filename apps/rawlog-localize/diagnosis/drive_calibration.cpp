@@ -86,7 +86,7 @@ class SampleChooser
 	void add_odometry(double time)
 	{
 		newest_ = time;
-		if (now_ < keep_until_)
+		if (now_ < then_ + kAround)
 		{
 			samples_.odometry.push_back({time, robot_.asTPose()});
 			return;
@@ -108,7 +108,6 @@ class SampleChooser
 		if (newest_) samples_.lags.push_back(*newest_ - now_);
 		samples_.odometry.insert(samples_.odometry.end(), recent_.begin(), recent_.end());
 		recent_.clear();
-		keep_until_ = now_ + kAround;
 		samples_.scans.push_back(scan);
 		samples_.numbers.push_back(count_ - 1);
 		robot_then_ = robot_;
@@ -119,7 +118,7 @@ class SampleChooser
 	std::string label_;
 	std::size_t scans_, count_ = 0, part_ = 0, in_part_ = 0;  //!< [-]
 	CPose2D robot_, robot_then_;                              //!< in the frame of the odometry
-	double now_ = 0, then_ = -1, keep_until_ = 0;             //!< [s] by the clock of the scans
+	double now_ = 0, then_ = -kAround;                        //!< [s] by the clock of the scans
 	std::optional<ros::OdometrySource> source_;
 	std::optional<double> newest_;         //!< [s] of the odometry
 	std::deque<d2s1r::TimedPose> recent_;  //!< odometry that is not needed so far

@@ -115,21 +115,17 @@ struct Readings
 
 void add_units(const Readings& readings, std::vector<Mistake>& mistakes)
 {
-	struct Unit
-	{
-		const char* name;
-		double metres;
-	};
 	constexpr double kLeastMedian = 0.3, kGreatestMedian = 60;  // [m] that laser scans have
-	for (const Unit& unit :
-	     {Unit{"millimetres", 1e-3}, Unit{"centimetres", 1e-2}, Unit{"feet", 0.3048}, Unit{"kilometres", 1e3}})
+	const std::map<std::string, double> units = {
+	    {"millimetres", 1e-3}, {"centimetres", 1e-2}, {"feet", 0.3048}, {"kilometres", 1e3}};  // [m]
+	for (const auto& [unit, metres] : units)
 	{
-		const double median = unit.metres * readings.median();
+		const double median = metres * readings.median();
 		if (median < kLeastMedian || median > kGreatestMedian) continue;
 		const bool is_range_in_metres = median < static_cast<double>(readings.max_range);
-		ros::Overrides correction = scaled_by(unit.metres, readings.max_range);
+		ros::Overrides correction = scaled_by(metres, readings.max_range);
 		if (is_range_in_metres) correction.max_range = readings.max_range;
-		mistakes.push_back({std::string("the ranges are ") + unit.name, correction});
+		mistakes.push_back({"the ranges are " + unit, correction});
 	}
 }
 
@@ -141,23 +137,20 @@ void add_max_ranges(const Readings& readings, std::vector<Mistake>& mistakes)
 	constexpr double kPile = 0.03;  // [-] of the beams that end at one range
 	const auto count_from = [&](float range)
 	{ return static_cast<double>(ranges.end() - std::lower_bound(ranges.begin(), ranges.end(), range)); };
+	const auto add = [&](const std::string& what, float range) {
+		mistakes.push_back({what, with_max_range(range), {}, false, {}, true});
+	};
 	const auto beams = static_cast<double>(readings.beams);
 	const float greatest = readings.greatest();
 	if (count_from(readings.max_range) > kPile * beams && greatest > readings.max_range + kSame)
 	{
-		const float range = std::ceil(greatest + kSame);
-		mistakes.push_back(
-		    {mrpt::format("the laser sees further than %g m", static_cast<double>(readings.max_range)),
-		     with_max_range(range)});
-		mistakes.back().changes_beams = true;
+		add(mrpt::format("the laser sees further than %g m", static_cast<double>(readings.max_range)),
+		    std::ceil(greatest + kSame));
 	}
 	const float pile = std::round(100 * (greatest - kSame)) / 100;
 	if (greatest < readings.max_range && count_from(pile) > kPile * beams)
 	{
-		mistakes.push_back(
-		    {mrpt::format("readings of %.2f m mean that nothing was there", static_cast<double>(greatest)),
-		     with_max_range(pile)});
-		mistakes.back().changes_beams = true;
+		add(mrpt::format("readings of %.2f m mean that nothing was there", static_cast<double>(greatest)), pile);
 	}
 }
 

@@ -28,15 +28,8 @@ Parameters for_trials(Parameters parameters)
 Tester::Tester(Samples samples, int threads, const Localizer& of_run)
     : samples_(std::move(samples)),
       threads_(threads),
-      localizer_(std::make_shared<const Localizer>(of_run.with_parameters(for_trials(of_run.parameters()))))
+      localizer_(of_run.with_parameters(for_trials(of_run.parameters())))
 {
-}
-
-Tester Tester::with_localizer(std::shared_ptr<const Localizer> localizer) const
-{
-	Tester other = *this;
-	other.localizer_ = std::move(localizer);
-	return other;
 }
 
 Trial Tester::try_scans(const Mistake& mistake, std::size_t step, const Query& query) const
@@ -52,8 +45,8 @@ Trial Tester::try_scans(const Mistake& mistake, std::size_t step, const Query& q
 	    [&](std::size_t i)
 	    {
 		    if (interrupted()) return;
-		    const Scan scan = corrected(tried[i], mistake, localizer_->parameters().scan);
-		    trial.answers[i] = localizer_->localize(scan, until_interrupt);
+		    const Scan scan = corrected(tried[i], mistake, localizer_.parameters().scan);
+		    trial.answers[i] = localizer_.localize(scan, until_interrupt);
 	    });
 	return trial;
 }

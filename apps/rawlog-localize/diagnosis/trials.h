@@ -4,7 +4,6 @@
 #include <d2s1r/localizer.h>
 
 #include <algorithm>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,18 +38,14 @@ class Tester
 	Tester(Samples samples, int threads, const Localizer& of_run);
 
 	const Samples& samples() const { return samples_; }
-	const Localizer& localizer() const { return *localizer_; }
+	const Localizer& localizer() const { return localizer_; }
 
 	/// Tries the scans, one in `step` of them.
 	Trial try_scans(const Mistake& mistake, std::size_t step = 1, const Query& query = {}) const;
 
-	/// Returns a tester of the same samples in another map.
-	/// \param localizer has the parameters that this one's has
-	Tester with_localizer(std::shared_ptr<const Localizer> localizer) const;
-
    private:
 	Samples samples_;
 	int threads_;
-	std::shared_ptr<const Localizer> localizer_;
+	Localizer localizer_;
 };
 }  // namespace d2s1r::app

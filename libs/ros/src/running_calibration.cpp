@@ -110,7 +110,6 @@ bool RunningCalibration::add(
 	for (const auto& [its_map, its_scan] : since_.scans)
 		if (its_map == &map) scans.push_back(its_scan);
 	const bool is_other = scans.size() >= since_.next && calibrate(map, scans, scan);
-	if (is_other && since_.scans.empty()) scans.clear();  // of another odometry
 	const calibration::Agreement now =
 	    agreement_of(told_reading(scan.laser, scan.sweep, in_use_), scans, since_.odometry);
 	if (is_other || now.is_shown) agreement_ = now;
