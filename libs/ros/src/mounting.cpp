@@ -49,21 +49,17 @@ bool are_equal(double a, double b)
 /// Returns the angles if some of the fields are in degrees.
 std::optional<OtherAngles> angles_in_degrees(const StatedAngles& angles)
 {
-	const double kDegree = mrpt::DEG2RAD(1.0);
 	const bool are_ends_large = std::max(std::abs(angles.first), std::abs(angles.last)) > kWholeTurn;
-	const bool is_step_large = std::abs(angles.turned) > kWholeTurn;
-	if (are_ends_large && is_step_large && is_field_of_view(kDegree * angles.turned))
-	{
-		const double first = kDegree * angles.first;
-		return OtherAngles{
-		    "angle_min, angle_max and angle_increment are in degrees", {first, first + kDegree * angles.turned}};
-	}
-	if (are_ends_large && is_field_of_view(angles.turned) && are_equal(kDegree * angles.stated(), angles.turned))
-		return OtherAngles{
-		    "angle_min and angle_max are in degrees", {kDegree * angles.first, kDegree * angles.first + angles.turned}};
-	if (is_step_large && is_field_of_view(angles.stated()) && are_equal(kDegree * angles.turned, angles.stated()))
-		return OtherAngles{"angle_increment is in degrees", {angles.first, angles.first + kDegree * angles.turned}};
-	return std::nullopt;
+	const bool is_step_large = std::abs(angles.turned) > kWholeTurn, are_all = are_ends_large && is_step_large;
+	const double of_ends = are_ends_large ? mrpt::DEG2RAD(1.0) : 1, of_step = is_step_large ? mrpt::DEG2RAD(1.0) : 1;
+	const double first = of_ends * angles.first, turned = of_step * angles.turned;
+	if (!are_ends_large && !is_step_large) return std::nullopt;
+	if (!is_field_of_view(turned) || !(are_all || are_equal(of_ends * angles.stated(), turned))) return std::nullopt;
+	return OtherAngles{
+	    are_all          ? "angle_min, angle_max and angle_increment are in degrees"
+	    : are_ends_large ? "angle_min and angle_max are in degrees"
+	                     : "angle_increment is in degrees",
+	    {first, first + turned}};
 }
 }  // namespace
 
