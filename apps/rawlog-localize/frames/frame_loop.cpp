@@ -200,16 +200,9 @@ class Follower
 	{
 		constexpr std::size_t kMostReadings = 1000;
 		const LoggedScan logged = job.logged;
-		const ros::UncalibratedScan recorded{
-		    ros::from_time(logged.observation->timestamp),
-		    *read_by(calibration_.recorded(), logged).observation,
-		    logged.observation->laser(),
-		    {},
-		    false,
-		    {},
-		    sweep_as_shown(logged.sweep)};
-		calibration_.follow(recorded.time, robot_);
-		if (robot_) readings_.emplace_back(recorded.time, robot_->asTPose());
+		const ros::Time time = ros::from_time(logged.observation->timestamp);
+		calibration_.follow(time, robot_);
+		if (robot_) readings_.emplace_back(time, robot_->asTPose());
 		if (readings_.size() > kMostReadings) readings_.erase(readings_.begin());
 		const auto localized = [&](const Scan& scan) { return approach_.atlas.localize(scan, approach_.query); };
 		const auto& parameters = approach_.first().parameters().scan;
@@ -221,7 +214,13 @@ class Follower
 			job.result = localized(job.scan);
 		};
 		if (!ros::entries_of(calibration_.in_use()).empty()) read_anew();
-		if (!calibration_.wants(recorded.time)) return;
+		if (!calibration_.wants(time)) return;
+		const ros::UncalibratedScan recorded{
+		    time,
+		    *read_by(calibration_.recorded(), logged).observation,
+		    logged.observation->laser(),
+		    {},
+		    sweep_as_shown(logged.sweep)};
 		const auto is_found = [&](const RangeScan& scan, const Sweep& motion)
 		{ return localized(make_scan(scan, parameters, motion)).status == Status::kLocalized; };
 		const bool is_other = job.result->status == Status::kLocalized

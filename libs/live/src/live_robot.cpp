@@ -290,9 +290,8 @@ std::optional<ros::UncalibratedScan> LiveRobot::recorded(const WaitingScan& scan
 	const auto* const ranges = std::get_if<ros::LaserScan>(&scan.scan);
 	const Time time = scan.header.time;
 	const Sweep motion = track_.sweep_of(sweep_time_of(scan), time, seen.scan.size());
-	return ros::UncalibratedScan{
-	    time,  std::move(seen.scan), *laser, seen.sweep, !ranges, ranges ? ros::other_angles_of(*ranges) : std::nullopt,
-	    motion};
+	const auto other_angles = ranges ? ros::other_angles_of(*ranges) : std::nullopt;
+	return ros::UncalibratedScan{time, std::move(seen.scan), *laser, seen.sweep, motion, !ranges, other_angles};
 }
 
 bool LiveRobot::calibrate(

@@ -21,9 +21,9 @@ struct UncalibratedScan
 	RangeScan scan;
 	mrpt::poses::CPose3D laser;  //!< its frame on the robot
 	SweepTime sweep;
+	Sweep motion{};  //!< of the robot during it
 	bool is_cloud = false;
 	std::optional<OtherAngles> other_angles{};
-	Sweep motion{};  //!< of the robot during it
 };
 
 /// Collects scans that were found in the map while the robot drives, and calibrates the laser by them. Messages are
