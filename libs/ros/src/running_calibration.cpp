@@ -66,11 +66,7 @@ bool RunningCalibration::take(const UncalibratedScan& scan)
 {
 	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
 	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
-	if (laser_ && is_elsewhere(laser, *laser_))
-	{
-		mount(given_, "");
-		moved_++;
-	}
+	if (laser_ && is_elsewhere(laser, *laser_)) mount(given_, ""), moved_++;
 	laser_ = laser;
 	if (moved_ > kMostMounts) is_on_ = false;
 	since_.taken = scan.time;
