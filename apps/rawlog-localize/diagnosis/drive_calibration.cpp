@@ -267,9 +267,9 @@ std::map<std::size_t, Localization> by_number(const DriveSamples& samples)
 		if (samples.answers[i]) found.emplace(samples.numbers[i], *samples.answers[i]);
 	return found;
 }
+}  // namespace
 
-/// Does what calibrate_by_drive() does, by scans that are read as messages and overrides say.
-DriveCalibration look_at_drive(
+DriveCalibration calibrate_by_drive(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
     const Atlas& atlas, bool is_brief)
 {
@@ -303,33 +303,19 @@ DriveCalibration look_at_drive(
 	const logs::RecordedScan& first = *samples.scans.front().observation;
 	static_cast<ros::Overrides&>(result.overrides) =
 	    ros::with_shown(mounting.over(overrides), result.found, first, first.laser());
-	result.contradictions = ros::both(ros::contradictions(result.found), mounting.text);
-	if (result.contradictions.empty()) result.answers = as_told;
 	calibration::Agreement agreement = agreement_of(result.found.shown, found, samples.odometry);
 	if (sensor.is_the_robot) agreement.is_contradicted = false;
 	result.doubt = ros::doubt_of(agreement, result.found, mounting.overrides.sensor_pose.has_value());
-	result.is_contradicted = agreement.is_contradicted;
-	return result;
-}
-}  // namespace
-
-DriveCalibration calibrate_by_drive(
-    const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
-    const Atlas& atlas, bool is_brief)
-{
-	DriveCalibration result = look_at_drive(log, sensor, overrides, search, atlas, is_brief);
-	if (result.contradictions.empty() || interrupted()) return result;
-	// Scans are found by what the drive has shown that were not found, or elsewhere, by what the messages say.
-	DriveCalibration again = look_at_drive(log, sensor, result.overrides, search, atlas, true);
-	result.overrides = again.overrides;
-	result.answers = std::move(again.answers);
-	if (result.is_contradicted) result.doubt = ros::doubt_of({}, result.found, false);
-	if (!again.doubt.why.empty()) result.doubt = again.doubt;
-	result.contradictions = ros::both(result.contradictions, again.contradictions);
+	const std::string contradictions = ros::both(ros::contradictions(result.found), mounting.text);
+	if (contradictions.empty())
+	{
+		result.answers = as_told;
+		return result;
+	}
 	result.line = mrpt::format(
 	    "laser '%s': %zu scans and %zu motions of the drive contradict the messages: %s. %s says the same and is used; "
 	    "--as-told believes the messages",
-	    sensor.label.c_str(), result.found.scans, result.found.motions, result.contradictions.c_str(),
+	    sensor.label.c_str(), result.found.scans, result.found.motions, contradictions.c_str(),
 	    options_of(result.overrides).c_str());
 	for (const std::string& line : ros::lines_of(result.overrides)) result.file += line + "\n";
 	return result;

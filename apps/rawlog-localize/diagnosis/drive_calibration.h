@@ -23,9 +23,7 @@ struct DriveCalibration
 	logs::Overrides overrides;  //!< the given ones, and what the drive contradicts of the messages
 	std::string file;  //!< the overrides as lines `name: value` of calibration.yaml; empty: nothing is contradicted
 	ros::Doubt doubt;  //!< what the drive means for poses
-	bool is_contradicted = false;  //!< whether the drive contradicts the messages, and does not show what is right
 	std::string line;  //!< says what was found, how sure it is, and which options say the same; empty as `file`
-	std::string contradictions;  //!< what was found and how sure it is
 	/// Of scans that were localized as the messages say, by their numbers in the log, if nothing is changed.
 	std::map<std::size_t, Localization> answers{};
 };
