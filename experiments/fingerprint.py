@@ -64,9 +64,9 @@ FLOORS = {
 LESSER = ("field_of_view=180 noise=0.02", "field_of_view=270 blocked=0.3", "reach=3.5 noise=0.02")  # words of alter_scans
 DRIVES = {  # cells of a floor (column, row from below) that a robot passes
     "flat": ((2, 6), (9, 6), (10, 3), (9, 2), (5, 2), (3, 3), (3, 5), (2, 6)),
-    "twins": ((4, 8), (3, 7), (3, 5), (15, 5), (15, 7), (16, 8), (15, 7), (15, 5), (9, 5), (9, 2), (7, 2))}
+    "twins": ((4, 8), (3, 7), (3, 5), (15, 5), (15, 7), (17, 7), (17, 9), (13, 9))}
 TICK, SCAN = 0.1, 5  # [s] between poses by the odometry, [-] of them from scan to scan
-SPEED, SPREAD, AHEAD = 0.5, 0.8, 0.3  # [m/s], [-] by which it varies, [m] of its way that a robot looks ahead
+SPEED, SPREAD, AHEAD = 0.5, 0.8, 0.6  # [m/s], [-] by which it varies, [m] of its way that a robot looks ahead
 COVERED = range(12, 18)  # scans of a drive that see nothing
 WHEELS = 1.1  # [-] by which ways of the odometry are too long
 FALSE = {"yaw": 0.5, "x": 0.2, "late": 0.1, "factor": 1.1}  # [rad], [m], [s], [-] what a log has wrong of its laser
@@ -102,7 +102,7 @@ def world_of(picture, poses=None):
 
 
 def drive_of(cells, late=0):
-    """Poses of a drive (place, heading), TICK apart and `late` [s] back."""
+    """Poses of a drive (place, heading), TICK apart and `late` [s] back, up to where a robot looks at the last corner."""
     corners = [CELL * complex(column + 0.5, row + 0.5) for column, row in cells]
     legs = [(start, end - start) for start, end in zip(corners, corners[1:])]
 
@@ -117,7 +117,8 @@ def drive_of(cells, late=0):
         way = SPEED * (time + SPREAD * math.sin(time))
         return place(way), cmath.phase(place(way + AHEAD) - place(way))
 
-    return [pose(i * TICK - late) for i in range(int(sum(abs(leg) for _, leg in legs) / SPEED / TICK) - 10)]
+    end = (sum(abs(leg) for _, leg in legs) - AHEAD) / SPEED - SPREAD
+    return [pose(i * TICK - late) for i in range(int(end / TICK))]
 
 
 def carmen(seen, driven, yaw=0, x=0, factor=1):
@@ -160,7 +161,7 @@ class Programs:
 
     def drive(self, folder, name, late=0, **false):
         """A drive on a floor, as sets() tells it. The log has false things of the laser, such as times that are `late` [s]."""
-        site = folder / f"{name} of {'false' if late else 'true'} words"
+        site = folder / (f"{name} late" if late else name)
         site.mkdir()
         (site / "world.txt").write_text(world_of(FLOORS[name], drive_of(DRIVES[name], late)[::SCAN]))
         run(self.simulate, site / "world.txt", site)
