@@ -31,6 +31,7 @@ try:
     import comparison_page
 except ImportError as error:
     needs.stop(error, "python3-matplotlib")
+import fingerprint  # noqa: E402
 import methods  # noqa: E402
 import runs  # noqa: E402
 import sites  # noqa: E402
@@ -226,6 +227,7 @@ def main():
     asked = list(dict.fromkeys([methods.DEFAULT, *asked]))
     arguments.output.mkdir(parents=True, exist_ok=True)
     runner = runs.Runner(arguments.build, PROJECT / "share/d2s1r/config", arguments.output / "runs", arguments.store)
+    fingerprint.Programs(arguments.build)  # stops now if it could make no stamp in the end
     results, left_out = {}, {}
     for case in cases(arguments, runner):
         jobs, missing = plan(case, asked, choose(runner, case, asked, arguments), arguments)

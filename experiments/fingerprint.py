@@ -19,6 +19,7 @@ today's.
 import argparse
 import cmath
 import csv
+import functools
 import hashlib
 import math
 import pathlib
@@ -33,12 +34,12 @@ PROJECT = pathlib.Path(__file__).resolve().parents[1]
 DEMO = pathlib.Path("/usr/share/mrpt/datasets/localization_demo")
 DIGITS = {"x": 3, "y": 3, "phi": 3, "confidence": 4}  # [-] after the point
 POSES = {"x": 3, "y": 3, "phi": 3, "std_x": 3, "std_y": 3, "std_phi": 3}
-KINDS = {  # file and columns of the answers, without which they are what is printed, and options of rawlog-localize
-    "answers": ("frames.csv", DIGITS, ()),  # to single scans: see Programs.sets(); all others are about drives
-    "windows": ("frames.csv", DIGITS, ("--as-told", "--window", 10)),
-    "filter": ("fused.csv", POSES, ("--as-told", "--fuse")),
-    "tracker": ("track.csv", {**POSES, "confidence": 4}, ("--as-told", "--track")),
-    "calibration": (None, {}, ("--calibrate",))}
+KINDS = {  # what is asked (a method of Programs), file and columns of the answers, else what is printed, and rawlog-localize's options
+    "answers": ("sets", "frames.csv", DIGITS, ()),
+    "windows": ("drives", "frames.csv", DIGITS, ("--as-told", "--window", 10)),
+    "filter": ("drives", "fused.csv", POSES, ("--as-told", "--fuse")),
+    "tracker": ("drives", "track.csv", {**POSES, "confidence": 4}, ("--as-told", "--track")),
+    "calibration": ("calibrations", None, {}, ("--calibrate",))}
 CELL = 0.5  # [m] of a sign of the floors
 FLOORS = {
     "flat": ("################",
@@ -73,8 +74,9 @@ FALSE = {"yaw": 0.5, "x": 0.2, "late": 0.1, "factor": 1.1}  # [rad], [m], [s], [
 OF_CALIBRATION = 4, 16  # words of calibration_experiment; where the least squares start shows in drive 18
 OF_DRIVE = "field_of_view=270 blocked=0.2 reach=8 noise=0.02"  # words of alter_scans
 OTHER = "of another commit"
-LOG_ODDS = re.compile(r"(?<=log-odds )\S+")
+LOG_ODDS = re.compile(r"(?<=log-odds )\S+")  # half the square of a change in its deviations, which amplifies last bits
 STAMP = re.compile(r"<!-- measured at (\S+): (.*?) -->")
+BEGUN = re.compile(r"<!--\s*measured")
 PAGES = ("README.md", "experiments/**/*.md", "doc/*.md", "tests/*/RESULTS.md")
 MEASURED = ("README.md", "experiments/RESULTS.md", "experiments/results/README.md", "experiments/results/comparison/README.md",
             "experiments/results/comparison/intel/README.md", "experiments/results/comparison/fr079/README.md")
@@ -137,10 +139,21 @@ def carmen(seen, driven, yaw=0, x=0, factor=1):
 
 
 class Programs:
+    """Those that answer. It says what is not there when it is made, before anyone measures for hours."""
     def __init__(self, build):
         self.localizer = build / "apps/rawlog-localize/rawlog-localize"
         self.simulate, self.alter, self.calibration = (
             build / "experiments" / name for name in ("simulate_floor", "alter_scans", "calibration_experiment"))
+        for needed in (self.localizer, self.simulate, self.alter, self.calibration, DEMO.with_suffix(".rawlog")):
+            if not needed.exists():
+                sys.exit(f"fingerprint.py: {needed} is not there; build all with the tests, and install mrpt-common, which has MRPT's demo")
+
+    def floor(self, site, name, poses=None):
+        """Makes the folder of a floor: map.yaml and scans.rawlog, as world_of() has them."""
+        site.mkdir()
+        (site / "world.txt").write_text(world_of(FLOORS[name], poses))
+        run(self.simulate, site / "world.txt", site)
+        return site
 
     def sets(self, folder):
         """Yields (title, map, log, name of the ini file) of scans."""
@@ -148,11 +161,8 @@ class Programs:
         yield "office", office / "office.yaml", office / "office_bag", "default"
         for config in ("default", "paper"):
             yield f"demo {config}", f"{DEMO}.simplemap.gz", f"{DEMO}.rawlog", config
-        for name, picture in FLOORS.items():
-            site = folder / name
-            site.mkdir()
-            (site / "world.txt").write_text(world_of(picture))
-            run(self.simulate, site / "world.txt", site)
+        for name in FLOORS:
+            site = self.floor(folder / name, name)
             yield name, site / "map.yaml", site / "scans.rawlog", "default"
             for number, words in enumerate(LESSER):
                 log = site / f"lesser{number}.rawlog"
@@ -161,10 +171,7 @@ class Programs:
 
     def drive(self, folder, name, late=0, **false):
         """A drive on a floor, as sets() tells it. The log has false things of the laser, such as times that are `late` [s]."""
-        site = folder / (f"{name} late" if late else name)
-        site.mkdir()
-        (site / "world.txt").write_text(world_of(FLOORS[name], drive_of(DRIVES[name], late)[::SCAN]))
-        run(self.simulate, site / "world.txt", site)
+        site = self.floor(folder / (f"{name} late" if late else name), name, drive_of(DRIVES[name], late)[::SCAN])
         run(self.alter, site / "scans.rawlog", site / "seen.rawlog", f"text={site}/seen.txt", *OF_DRIVE.split())
         (site / "log.clf").write_text(carmen((site / "seen.txt").read_text().splitlines(), drive_of(DRIVES[name]), **false))
         return site.name, site / "map.yaml", site / "log.clf", "default"
@@ -176,25 +183,46 @@ class Programs:
         yield "demo", f"{DEMO}.simplemap.gz", f"{DEMO}.rawlog", "default"
         yield from (self.drive(folder, name) for name in DRIVES)
 
+    def calibrations(self, folder):
+        """Yields drives, and one with false words of the laser, as sets() does."""
+        yield from self.drives(folder)
+        yield self.drive(folder, "flat", **FALSE)
+
+    @functools.cache
+    def told(self, asked, file, options):
+        """[(title, rows of the file, or what is printed if there is none)] of what rawlog-localize finds."""
+        with tempfile.TemporaryDirectory() as name:
+            folder, found = pathlib.Path(name), []
+            for number, (title, map_file, log, config) in enumerate(getattr(self, asked)(folder)):
+                ini, out = PROJECT / f"share/d2s1r/config/{config}.ini", folder / f"out{number}"
+                printed = run(self.localizer, "-q", "-m", map_file, "-i", log, "-o", out, "-c", ini, "--no-rawlog", *options)
+                found.append((title, rows_of(out / file, title) if file else printed))
+            return found
+
     def lines(self, kind):
         """The answers of a kind: a line for each scan, with title, frame, status and numbers, rounded, or what is printed."""
-        file, columns, options = KINDS[kind]
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            asked = [*(self.sets(folder) if kind == "answers" else self.drives(folder))]
-            if kind == "calibration":
-                yield run(self.calibration, *OF_CALIBRATION)
-                asked.append(self.drive(folder, "flat", **FALSE))
-            for title, map_file, log, config in asked:
-                ini = PROJECT / f"share/d2s1r/config/{config}.ini"
-                printed = run(self.localizer, "-q", "-m", map_file, "-i", log, "-o", folder / "out", "-c", ini, "--no-rawlog", *options)
-                if not file:
-                    yield f"{title}\n" + LOG_ODDS.sub(lambda found: f"{float(found[0]):.1e}", printed)
-                    continue
-                with open(folder / "out" / file, newline="") as stream:
-                    for row in csv.DictReader(stream):
-                        numbers = [f"{float(row[key]) + 0:.{digits}f}" if row[key] else "" for key, digits in columns.items()]
-                        yield " ".join([title, row["frame"], row["status"], *numbers])
+        asked, file, columns, options = KINDS[kind]
+        if kind == "calibration":
+            yield run(self.calibration, *OF_CALIBRATION)
+        for title, found in self.told(asked, file, options):
+            if not file:
+                yield f"{title}\n" + LOG_ODDS.sub(lambda odds: f"{float(odds[0]):.1e}", found)
+                continue
+            for row in found:
+                yield " ".join([title, row["frame"], row["status"], *(rounded(row[key], digits) for key, digits in columns.items())])
+
+
+def rounded(text, digits):
+    return f"{float(text) + 0:.{digits}f}" if text else text
+
+
+def rows_of(file, title):
+    """The rows that a run wrote, of which there must be some."""
+    rows = []
+    if file.exists():
+        with open(file, newline="") as stream:
+            rows = list(csv.DictReader(stream))
+    return rows or sys.exit(f"fingerprint.py: {title}: {file.name} has no rows")
 
 
 def run(*words):
@@ -206,7 +234,8 @@ def run(*words):
 
 def of_build(build, kinds=KINDS):
     """{kind: fingerprint} of the answers of a build."""
-    return {kind: hashlib.sha256("\n".join(Programs(build).lines(kind)).encode()).hexdigest()[:12] for kind in kinds}
+    programs = Programs(build)
+    return {kind: hashlib.sha256("\n".join(programs.lines(kind)).encode()).hexdigest()[:12] for kind in kinds}
 
 
 def words_of(prints):
@@ -225,9 +254,20 @@ def stamp(build, *kinds):
 def outdated(text, today):
     """The text with words in place of fingerprints that are not today's."""
     def replaced(found):
-        prints = {kind: print_ if print_ == today[kind] else OTHER for kind, print_ in prints_of(found[2]).items()}
+        prints = prints_of(found[2])
+        if unknown := prints.keys() - today.keys():
+            sys.exit(f"fingerprint.py: {found[0]}: no kind of answers: {', '.join(sorted(unknown))}")
+        prints = {kind: print_ if print_ == today[kind] else OTHER for kind, print_ in prints.items()}
         return f"<!-- measured at {found[1]}: {words_of(prints)} -->"
     return STAMP.sub(replaced, text)
+
+
+def unstamped(text):
+    """Headings of the sections of a page that have a table and no stamp before it."""
+    for section in re.split(r"^(?=###? )", text, flags=re.M)[1:]:
+        before, table, _ = section.partition("\n| ")
+        if table and not STAMP.search(before):
+            yield before.partition("\n")[0].lstrip("# ")
 
 
 def faults(folder, today):
@@ -235,7 +275,12 @@ def faults(folder, today):
     pages = sorted({page for pattern in PAGES for page in folder.glob(pattern)})
     for page in pages:
         name = page.relative_to(folder).as_posix()
-        stamps = STAMP.findall(page.read_text())
+        text = page.read_text()
+        stamps = STAMP.findall(text)
+        if len(BEGUN.findall(text)) > len(stamps):
+            yield f"{name}: has a stamp that is not <!-- measured at COMMIT: KIND FINGERPRINT, ... -->"
+        if name == "experiments/RESULTS.md":
+            yield from (f"{name}: `{section}` has a table and no stamp before it" for section in unstamped(text))
         if name in MEASURED and not stamps:
             yield f"{name}: does not say of which commit its tables are: <!-- measured at ...; see fingerprint.py"
         for commit, kind, print_ in ((commit, *part) for commit, words in stamps for part in prints_of(words).items()):

@@ -170,6 +170,7 @@ def main():
         jobs = {row: jobs_of(row, folder, arguments.frames or compare.MOST) for row in rows}
     except ValueError as problem:
         sys.exit(f"headline.py: {problem}")
+    fingerprint.Programs(arguments.build)  # stops now if it could make no stamp in the end
     frames = measured([job for of_row in jobs.values() for job in of_row], arguments)
     results = {row: [frames[job] for job in of_row] for row, of_row in jobs.items()}
     lines = [*table(COLUMNS, [table_row(row, drives) for row, drives in results.items()]), "", worst(results), left_out(jobs), "",

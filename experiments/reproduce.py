@@ -79,6 +79,7 @@ def main():
 
     jobs = (plan.all_jobs(found, arguments.frames, arguments.sweep_frames, field_of_view) + rays.all_jobs(found) +
             circles.all_jobs(found, arguments.sweep_frames, arguments.drives) + particle_filter.all_jobs(found, arguments.drives))
+    fingerprint.Programs(arguments.build)  # stops now if it could make no stamp in the end
     results = runner.run_all(jobs, arguments.jobs)
     plain = {job: result.value for job, result in results.items() if isinstance(job, plan.Job)}
     names = figures.draw_all(plain, arguments.output, not arguments.no_maps)

@@ -305,9 +305,50 @@ TEST_F(Compare, ATableOfOtherAnswersIsFoundUnlessItSaysSo)
 	EXPECT_EQ(faults(stamp("answers ffff456789ab"), today).find("README.md: measured at abc1234"), 0U);
 	EXPECT_EQ(faults(told, today).find("README.md: its table must be of today's answers"), 0U);
 	EXPECT_EQ(faults("no table", today).find("README.md: does not say of which commit"), 0U);
+	for (const std::string other :
+	     {"<!-- measured at abc1234 answers 0123456789ab -->", "<!--measured at abc1234: answers\n0123456789ab -->"})
+		EXPECT_EQ(faults(today, today + other).find("experiments/RESULTS.md: has a stamp that is not"), 0U) << other;
+	const std::string table = "\n| a | b |\n| --- | --- |\n| 1 | 2 |\n\n";
+	EXPECT_EQ(faults(today, "## One\n" + today + table + "### Two\n" + today + "Words" + table + "## Three\n"), "\n");
+	EXPECT_EQ(
+	    faults(today, "## One\n" + today + table + "### Two" + table + today),
+	    "experiments/RESULTS.md: `Two` has a table and no stamp before it\n");
 	EXPECT_EQ(
 	    printed(
 	        "import fingerprint\nprint(fingerprint.outdated('" + std::string("<!-- measured at abc1234: ") +
 	        "windows 0123, filter 4567 -->', {'windows': '0123', 'filter': 'ffff'}))"),
 	    "<!-- measured at abc1234: windows 0123, filter of another commit -->\n");
+}
+
+TEST_F(Compare, AFingerprintIsMadeOfAllAnswersOrNone)
+{
+	const auto error = [&](const std::string& script)
+	{
+		const std::string sources = D2S1R_SOURCE_DIR;
+		const ProcessResult told = run_program(
+		    {kPython, "-B", "-c",
+		     "import pathlib, sys\nsys.path.insert(0, '" + sources +
+		         "/experiments')\nimport fingerprint\nfolder = pathlib.Path('" + folder().string() + "')\n" + script});
+		EXPECT_EQ(told.status, 1);
+		return told.err;
+	};
+	const std::string empty = "fingerprint.py: office: frames.csv has no rows\n",
+	                  of = "fingerprint.rows_of(folder / 'frames.csv', 'office')";
+	EXPECT_EQ(error(of), empty);
+	write_file(path("frames.csv"), "frame,status\n");
+	EXPECT_EQ(error(of), empty);
+	write_file(path("frames.csv"), "frame,status\n0,localized\n");
+	EXPECT_EQ(
+	    printed(
+	        "import fingerprint, pathlib\nprint(len(fingerprint.rows_of(pathlib.Path('" + path("frames.csv") +
+	        "'), '')))"),
+	    "1\n");
+	EXPECT_EQ(
+	    error("fingerprint.stamp(folder, 'answers')")
+	        .find("fingerprint.py: " + path("apps/rawlog-localize/rawlog-localize") + " is not there"),
+	    0U);
+	EXPECT_EQ(
+	    error(
+	        "fingerprint.outdated('<!-- measured at abc1234: trackers 0123456789ab -->', {'tracker': '0123456789ab'})"),
+	    "fingerprint.py: <!-- measured at abc1234: trackers 0123456789ab -->: no kind of answers: trackers\n");
 }
