@@ -32,10 +32,14 @@ import runs
 
 PROJECT = pathlib.Path(__file__).resolve().parents[1]
 DEMO = pathlib.Path("/usr/share/mrpt/datasets/localization_demo")
-DIGITS = {"x": 3, "y": 3, "phi": 3, "confidence": 4}  # [-] after the point
+DIGITS = {"x": 3, "y": 3, "phi": 3, "confidence": 4}  # [-] after the point; None: a text
 POSES = {"x": 3, "y": 3, "phi": 3, "std_x": 3, "std_y": 3, "std_phi": 3}
+STDS = {"std_x": 4, "std_y": 4, "std_phi": 4}
 KINDS = {  # what is asked (a method of Programs), file and columns of the answers, else what is printed, and rawlog-localize's options
     "answers": ("sets", "frames.csv", DIGITS, ()),
+    "covariances": ("sets", "frames.csv", STDS, ()),
+    "atlas": ("atlas", "frames.csv", {"map": None, **DIGITS, **STDS}, ()),
+    "sweeps": ("sweeps", "frames.csv", {**DIGITS, **STDS}, ("--as-told", "--sweep-time", 0.1)),
     "windows": ("drives", "frames.csv", DIGITS, ("--as-told", "--window", 10)),
     "filter": ("drives", "fused.csv", POSES, ("--as-told", "--fuse")),
     "tracker": ("drives", "track.csv", {**POSES, "confidence": 4}, ("--as-told", "--track")),
@@ -161,6 +165,10 @@ class Programs:
         yield "office", office / "office.yaml", office / "office_bag", "default"
         for config in ("default", "paper"):
             yield f"demo {config}", f"{DEMO}.simplemap.gz", f"{DEMO}.rawlog", config
+        yield from self.floors(folder)
+
+    def floors(self, folder):
+        """Yields scans of the floors, as sets() does."""
         for name in FLOORS:
             site = self.floor(folder / name, name)
             yield name, site / "map.yaml", site / "scans.rawlog", "default"
@@ -168,6 +176,11 @@ class Programs:
                 log = site / f"lesser{number}.rawlog"
                 run(self.alter, site / "scans.rawlog", log, *words.split())
                 yield f"{name} {words}", site / "map.yaml", log, "default"
+
+    def atlas(self, folder):
+        """Yields scans of the floors, in an atlas of all."""
+        (folder / "atlas.yaml").write_text("maps:\n" + "".join(f"  {name}: {{file: {name}/map.yaml}}\n" for name in FLOORS))
+        yield from [(title, folder / "atlas.yaml", log, config) for title, _, log, config in self.floors(folder)]
 
     def drive(self, folder, name, late=0, **false):
         """A drive on a floor, as sets() tells it. The log has false things of the laser, such as times that are `late` [s]."""
@@ -182,6 +195,12 @@ class Programs:
         yield "office", office / "office.yaml", office / "office_bag", "default"
         yield "demo", f"{DEMO}.simplemap.gz", f"{DEMO}.rawlog", "default"
         yield from (self.drive(folder, name) for name in DRIVES)
+
+    def sweeps(self, folder):
+        """Yields drives, the last one also without odometry, as sets() does."""
+        for title, map_file, log, config in self.drives(folder):
+            yield title, map_file, log, config
+        yield f"{title} alone", map_file, log.with_name("seen.rawlog"), config
 
     def calibrations(self, folder):
         """Yields drives, and one with false words of the laser, as sets() does."""
@@ -213,7 +232,7 @@ class Programs:
 
 
 def rounded(text, digits):
-    return f"{float(text) + 0:.{digits}f}" if text else text
+    return f"{float(text) + 0:.{digits}f}" if text and digits is not None else text
 
 
 def rows_of(file, title):
