@@ -193,6 +193,16 @@ TEST_F(AppDoubtfulInput, FramesThatAreTiltedAndBeamsThatAreNot)
 	}
 }
 
+TEST_F(AppDoubtfulInput, FramesThatTfDoesNotHaveAreNotInvented)
+{
+	std::size_t scans = 0;
+	save_walk([&](MadeScan& scan) { scan.frame = scans++ < 9 ? "rear" : "laser"; });
+	const auto diagnosis = run(words({"--diagnose", "--as-told"}));
+	EXPECT_NE(diagnosis.out.find("9 of 12 scans cannot be used"), std::string::npos) << diagnosis.out << diagnosis.err;
+	EXPECT_NE(diagnosis.out.find("give the pose of the laser on the robot by --sensor-pose"), std::string::npos)
+	    << diagnosis.out << diagnosis.err;
+}
+
 TEST_F(AppDoubtfulInput, MapsOfWhiteWalls)
 {
 	save_walk([](MadeScan&) {});

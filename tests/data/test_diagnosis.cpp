@@ -231,7 +231,8 @@ Alter with_max_range(float range)
 /// As a laser behind a curtain that moves sees it.
 void block_most(logs::RecordedScan& scan)
 {
-	const auto moved = static_cast<std::size_t>(1000 * std::abs(scan.ranges.front()));
+	const float first = scan.ranges.front();
+	const auto moved = std::isfinite(first) ? static_cast<std::size_t>(1000 * std::abs(first)) : 0;
 	for (std::size_t i = 0; i < scan.size(); i++)
 		if (i % 3 != 0) scan.ranges[i] = 0.35F + 0.02F * static_cast<float>((i + moved) % 5);
 }

@@ -256,7 +256,7 @@ Diagnosis diagnose(
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
 		if (const auto worst = worst_mistake(
 		        tester, command.map, diagnosis.fit,
-		        mistakes_of_fields(samples, other_angles_of(log.survey, selection.label))))
+		        mistakes_of_fields(samples, other_angles_of(log.survey, selection.label), overrides)))
 			add({fit_without(worst->second, diagnosis.fit, advice_against(worst->first, overrides))});
 	if (diagnosis.advice.empty()) add(advice_on_invalid(as_it_is, tester));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)

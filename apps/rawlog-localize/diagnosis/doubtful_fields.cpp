@@ -60,12 +60,17 @@ void add_range(const std::vector<LoggedScan>& samples, std::vector<Mistake>& mis
 }
 }  // namespace
 
-std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optional<logs::OtherAngles>& other_angles)
+std::vector<Mistake> mistakes_of_fields(
+    const Samples& samples, const std::optional<logs::OtherAngles>& other_angles, const logs::Overrides& given)
 {
+	const LoggedScan& first = samples.chosen.front();
+	ros::Overrides believed = given;
+	believed.sensor_pose.reset();  // which may be wrong, too
+	if (first.unusable.field == logs::ScanDoubt::Field::kLaserPose) believed.sensor_pose = first.observation->laser();
 	std::vector<Mistake> mistakes;
-	for (const ros::Mounting& other : other_mountings(samples.chosen, other_angles, {}))
+	for (const ros::Mounting& other : other_mountings(samples.chosen, other_angles, believed))
 		mistakes.push_back({other.text, other.overrides});
-	if (!other_angles) add_fields_of_view(*samples.chosen.front().observation, mistakes);
+	if (!other_angles || given.beam_angles) add_fields_of_view(*first.observation, mistakes);
 	add_range(samples.chosen, mistakes);
 	return mistakes;
 }

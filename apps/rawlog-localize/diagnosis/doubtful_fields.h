@@ -9,9 +9,11 @@
 
 namespace d2s1r::app
 {
-/// Returns the mistakes that fields of the scans show: another mounting, or another field of view, than the log says, a
-/// range of the laser that is none.
-std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optional<logs::OtherAngles>& other_angles);
+/// Returns the mistakes that fields of the scans show: another way to mount or to read the laser than the log says, if
+/// it says one, another field of view, a range of the laser that is none.
+/// \param given angles and ranges, which stay as they are
+std::vector<Mistake> mistakes_of_fields(
+    const Samples& samples, const std::optional<logs::OtherAngles>& other_angles, const logs::Overrides& given);
 
 /// Returns the line about scans that cannot be used, if most are: the field that is wrong, and what to do.
 /// \param trial of the scans as they are
