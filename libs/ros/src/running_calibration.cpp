@@ -46,7 +46,7 @@ void RunningCalibration::follow(Time scan, const std::optional<CPose2D>& robot)
 bool RunningCalibration::wants(Time time) const
 {
 	return is_on_ &&
-	       (!since_.taken || (seconds(time - *since_.taken) > kLeastTime && tells_more(since_.way, since_.turn)));
+	       (!since_.taken || (seconds(time - *since_.taken) > kBetweenScans && tells_more(since_.way, since_.turn)));
 }
 
 bool RunningCalibration::is_open() const
@@ -74,10 +74,11 @@ bool RunningCalibration::take(const UncalibratedScan& scan)
 	return is_on_;
 }
 
-/// Begins anew with a laser that is read in another way. Readings of the odometry have come as they were in use, and go
-/// on to do so.
+/// Begins anew with a laser that stands elsewhere or is read in another way. Readings of the odometry have come as they
+/// were in use, and go on to do so. If the drive contradicted the laser, it still has to confirm it: see is_open().
 void RunningCalibration::mount(const Overrides& overrides, const std::string& because)
 {
+	clear();
 	mounted_ = overrides;
 	mounting_ = because;
 	const Overrides before = std::exchange(in_use_, overrides);
@@ -85,7 +86,6 @@ void RunningCalibration::mount(const Overrides& overrides, const std::string& be
 	in_use_.odometry_clock = before.odometry_clock;
 	found_.reset();
 	agreement_ = {};
-	clear();
 	tell("");
 }
 

@@ -200,7 +200,7 @@ TEST(LiveCalibration, FindsScansThatFitByAnotherMountingOnly)
 	EXPECT_TRUE(upside_down.was_told("scans are mirrored"));
 	WanderingDrive on_its_side(WanderingDrive::laser_at(0.1, M_PI / 2));
 	expect_found(on_its_side, 12);
-	EXPECT_TRUE(on_its_side.was_told("laser is level"));
+	EXPECT_TRUE(on_its_side.was_told("laser is level, and not tilted"));
 	WanderingDrive in_degrees(0);
 	in_degrees.alter_scan = tell_in_degrees;
 	expect_found(in_degrees, 12);

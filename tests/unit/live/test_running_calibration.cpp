@@ -110,6 +110,31 @@ TEST(RunningCalibration, BeginsAnewWithALaserThatIsElsewhere)
 	EXPECT_FALSE(drive.calibration.is_contradicted());
 }
 
+TEST(RunningCalibration, CorrectsASmallShiftWithoutScansThatAreReadAnew)
+{
+	for (const double shift : {0.07, 0.2})
+	{
+		CircleDrive drive;
+		drive.told = CPose3D(shift, 0, 0, 0, 0, 0) + drive.robot.laser_on_robot;
+		bool is_other = false;
+		for (int i = 0; i < 20; i++) is_other = drive.find() || is_other;
+		ASSERT_TRUE(drive.calibration.in_use().sensor_pose) << shift;
+		EXPECT_NEAR(drive.calibration.in_use().sensor_pose->x(), 0.2, 0.02) << shift;
+		EXPECT_EQ(is_other, shift > 0.1) << shift;
+	}
+}
+
+TEST(RunningCalibration, StaysOpenIfALaserIsElsewhereThatTheDriveContradicted)
+{
+	CircleDrive drive({}, true);
+	drive.is_mirrored = true;
+	for (int i = 0; i < 12; i++) drive.find();
+	ASSERT_TRUE(drive.calibration.is_contradicted());
+	drive.robot.laser_on_robot = drive.told = CPose3D(-0.3, 0, 0.3, 0, 0, 0);
+	drive.find();
+	EXPECT_TRUE(drive.calibration.is_open());
+}
+
 TEST(RunningCalibration, TriesNoOtherMountingOfALaserThatTheDriveConfirms)
 {
 	CircleDrive drive;

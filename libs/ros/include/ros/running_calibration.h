@@ -14,7 +14,7 @@
 
 namespace d2s1r::ros
 {
-/// A scan as the messages have it, but for what is given.
+/// A scan as the messages have it, but for RunningCalibration::recorded().
 struct UncalibratedScan
 {
 	Time time = 0;
@@ -107,11 +107,11 @@ class RunningCalibration
 	Overrides given_, mounted_, in_use_;  //!< given; with the mounting by which scans are found; with what is shown
 	bool is_on_, is_odometry_known_;
 	std::optional<mrpt::poses::CPose2D> robot_;      //!< at the last scan, by the odometry
-	double way_ = 0, turn_ = 0;                      //!< [m], [rad] that the robot moved since it was switched on
+	double way_ = 0, turn_ = 0;                      //!< [m], [rad] that the robot moved: see is_open()
 	std::optional<mrpt::poses::CPose3D> laser_;      //!< of the scans, by the messages if it is not given
 	int moved_ = 0;                                  //!< [-] times that this changed
 	std::optional<calibration::Calibration> found_;  //!< what is in use; no value: what the messages say
-	Collected since_;                                //!< clear()
+	Collected since_;                                //!< it began anew
 	calibration::Agreement agreement_;
 	std::string mounting_;  //!< by which scans are found, for people; empty: as it is told
 	std::string shown_;     //!< what the drive contradicts; empty: nothing
