@@ -102,7 +102,7 @@ class SampleChooser
 		now_ = logs::to_seconds(scan.observation->timestamp);
 		const CPose2D motion = robot_ - robot_then_;
 		const bool tells_more =
-		    now_ > then_ + ros::kLeastTime && ros::tells_more(motion.norm(), std::abs(motion.phi()));
+		    now_ > then_ + ros::kBetweenScans && ros::tells_more(motion.norm(), std::abs(motion.phi()));
 		const bool is_few = scans_ <= kParts * kInPart;  // of which all are tried
 		if (in_part_ >= kInPart || now_ <= 0 || !(is_few || tells_more)) return;
 		if (newest_) samples_.lags.push_back(*newest_ - now_);
@@ -247,10 +247,10 @@ std::optional<calibration::Calibration> confirmation_of(
     DriveSamples& samples, const Beforehand& known, const SearchRequest& search, const Atlas& atlas)
 {
 	constexpr double kGap = 5;  // [s]
-	std::vector<std::size_t> searched = {0, samples.scans.size() - 1};
+	std::vector<std::size_t> searched = {0};
 	const auto time = [&](std::size_t i) { return logs::to_seconds(samples.scans[i].observation->timestamp); };
-	for (std::size_t i = 1; i + 1 < samples.scans.size(); i++)
-		if (time(i) - time(i - 1) > kGap) searched.push_back(i);
+	for (std::size_t i = 1; i < samples.scans.size(); i++)
+		if (i + 1 == samples.scans.size() || time(i) - time(i - 1) > kGap) searched.push_back(i);
 	localize(samples, searched, search, atlas);
 	const AtlasMap& map = map_of(atlas, samples);
 	const Grid& grid = map.localizer->grid();

@@ -22,7 +22,7 @@ struct DriveCalibration
 	calibration::Calibration found;
 	logs::Overrides overrides;  //!< the given ones, and what the drive contradicts of the messages
 	std::string file;  //!< the overrides as lines `name: value` of calibration.yaml; empty: nothing is contradicted
-	ros::Doubt doubt;  //!< what the drive means for poses
+	ros::Doubt doubt;  //!< of poses, where the drive does not confirm how the laser is read
 	std::string line;  //!< says what was found, how sure it is, and which options say the same; empty as `file`
 	/// Of scans that were localized as the messages say, by their numbers in the log, if nothing is changed.
 	std::map<std::size_t, Localization> answers{};

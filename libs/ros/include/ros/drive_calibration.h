@@ -32,9 +32,9 @@ Doubt both(const Doubt& a, const Doubt& b);
 Doubt doubt_of(const calibration::Agreement& agreement, const calibration::Calibration& shown, bool is_guessed);
 
 /// Returns whether a robot has moved so far [m], or turned so far [rad], that a scan tells something which the last one
-/// that was taken does not, if it is later by kLeastTime [s].
+/// that was taken does not. It must also be later by kBetweenScans.
 bool tells_more(double way, double turn);
-inline constexpr double kLeastTime = 0.35;
+inline constexpr double kBetweenScans = 0.35;  //!< [s]
 
 /// Returns whether a laser is not where it was on the robot.
 bool is_elsewhere(const mrpt::poses::CPose3D& laser, const mrpt::poses::CPose3D& before);
