@@ -83,7 +83,7 @@ def main():
     results = runner.run_all(jobs, arguments.jobs)
     plain = {job: result.value for job, result in results.items() if isinstance(job, plan.Job)}
     names = figures.draw_all(plain, arguments.output, not arguments.no_maps)
-    report.write(results, names, arguments, runner.version(), fingerprint.stamp(arguments.build, "answers", "windows", "filter"))
+    report.write(results, names, arguments, runner.version(), fingerprint.stamp(arguments.build, "answers", "windows", "filter", "calibration"))
     print(f"{arguments.output / 'README.md'}: {len(results)} runs in {(time.monotonic() - start) / 60:.1f} min")
 
 
