@@ -252,7 +252,8 @@ void spoil(std::vector<RunFrame>& run, const std::string& what, const Localizer&
 /// \param words MAP RUN.rawlog RUN_gt.txt CACHE EXPERIMENT MOTION DRIVES [SHARP_MAP]
 void run_experiment(const Words& words, Words set)
 {
-	const std::string variants = take_text(set, "variants"), what = words[4];
+	const std::string variants = take_text(set, "variants");
+	const std::string& what = words[4];
 	const double all = std::numeric_limits<double>::infinity();
 	const Settings unless_given = {{"frames", all}, {"wheels", 0}, {"scale", 1}, {"yaw_noise", 0}};
 	const auto settings = read_settings("fusion_experiment", with_numbers_of(pf::Tuning{}, unless_given), set);

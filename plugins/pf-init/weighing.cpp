@@ -72,8 +72,8 @@ void weigh_by_hypotheses(
     mrpt::poses::CPosePDFParticles& particles, const Localization& localization, const Tuning& tuning)
 {
 	if (localization.hypotheses.empty()) return;
-	constexpr double per_xy = 0.5 / (kSupportedDistance * kSupportedDistance);
-	constexpr double per_phi = 0.5 / (kSupportedYaw * kSupportedYaw);
+	constexpr double kPerXy = 0.5 / (kSupportedDistance * kSupportedDistance);
+	constexpr double kPerPhi = 0.5 / (kSupportedYaw * kSupportedYaw);
 	for (auto& particle : particles.m_particles)
 	{
 		double support = tuning.unlisted;
@@ -81,7 +81,7 @@ void weigh_by_hypotheses(
 		{
 			const double dx = particle.d.x - hypothesis.pose.x(), dy = particle.d.y - hypothesis.pose.y();
 			const double dphi = mrpt::math::wrapToPi(particle.d.phi - hypothesis.pose.phi());
-			const double exponent = per_xy * (dx * dx + dy * dy) + per_phi * dphi * dphi;
+			const double exponent = kPerXy * (dx * dx + dy * dy) + kPerPhi * dphi * dphi;
 			if (exponent < 10) support += hypothesis.probability * std::exp(-exponent);
 		}
 		particle.log_w += std::log(support);

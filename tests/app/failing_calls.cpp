@@ -22,14 +22,14 @@
 namespace
 {
 std::atomic<long> calls{-1};  // [-] of operator new so far; negative before they are counted
-const long failing_call = std::getenv("D2S1R_FAIL_NEW") ? std::atol(std::getenv("D2S1R_FAIL_NEW")) : 0;
+const long kFailingCall = std::getenv("D2S1R_FAIL_NEW") ? std::atol(std::getenv("D2S1R_FAIL_NEW")) : 0;
 
 std::atomic<long> malloc_calls{0};  // [-] of the sizes that may fail
 // [byte], [byte], [-] as D2S1R_FAIL_MALLOC says. Calls of malloc() come before these are set, too.
 std::size_t least_failing = 1, most_failing = 0;
 long failing_malloc = 0;
 
-const bool is_set = []
+const bool kIsSet = []
 {
 	const char* const text = std::getenv("D2S1R_FAIL_MALLOC");
 	return text && std::sscanf(text, "%zu:%zu:%ld", &least_failing, &most_failing, &failing_malloc) == 3;
@@ -66,7 +66,7 @@ long failing_byte(int descriptor)
 
 void* allocate(std::size_t size)
 {
-	if (calls >= 0 && ++calls == failing_call) return nullptr;
+	if (calls >= 0 && ++calls == kFailingCall) return nullptr;
 	return std::malloc(size > 0 ? size : 1);
 }
 

@@ -35,7 +35,7 @@ std::optional<int> parse_window(const std::string& text)
 
 double parse_time_budget(const std::string& text)
 {
-	const char* const kExpected = "is not a finite time above 0 ms; leave it out for no limit";
+	constexpr const char* kExpected = "is not a finite time above 0 ms; leave it out for no limit";
 	const double budget = parse_finite_number(text, kExpected);
 	if (!(budget > 0)) refuse_value(text, kExpected);
 	return budget;

@@ -71,7 +71,7 @@ class Packer
    private:
 	void pack(const void* bytes, std::size_t size, int flush)
 	{
-		static const Bytef kNothing = 0;
+		static constexpr Bytef kNothing = 0;
 		stream_.next_in = const_cast<Bytef*>(size > 0 ? static_cast<const Bytef*>(bytes) : &kNothing);
 		stream_.avail_in = static_cast<uInt>(size);
 		std::array<Bytef, 1 << 14> part;

@@ -192,7 +192,7 @@ CSignatureMap2D::CSignatureMap2D(
 CSignatureMap2D::CSignatureMap2D(std::shared_ptr<const Localizer> localizer)
 {
 	if (!localizer) throw std::invalid_argument("CSignatureMap2D: the localizer is null");
-	content_ = std::make_shared<Content>(nullptr, localizer->parameters(), TLikelihoodOptions{}, localizer);
+	content_ = std::make_shared<Content>(nullptr, localizer->parameters(), TLikelihoodOptions{}, std::move(localizer));
 }
 
 void CSignatureMap2D::set_map(const COccupancyGridMap2D& map)

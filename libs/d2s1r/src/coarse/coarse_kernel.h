@@ -63,9 +63,9 @@ inline constexpr std::size_t kMostTurn = 4;  //!< [directions] of a prediction
 static_assert(
     []
     {
-	    constexpr int most = static_cast<int>(kMostTurn);
+	    constexpr int kMost = static_cast<int>(kMostTurn);
 	    for (const Prediction& prediction : kPredictions)
-		    if (prediction.turn < -most || prediction.turn > most) return false;
+		    if (prediction.turn < -kMost || prediction.turn > kMost) return false;
 	    return true;
     }());
 

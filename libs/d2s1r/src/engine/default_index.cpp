@@ -61,7 +61,7 @@ DefaultIndex make_default_index(Grid grid, const Parameters& parameters)
 	Grid searched = with_wall_surfaces_only(is_smeared ? with_surfaces_deeper(grid, walls.surface_depth) : grid);
 	const SkipMap map = is_smeared ? make_skip_map(with_wall_surfaces_only(std::move(grid)), searched, furniture)
 	                               : make_skip_map(searched, furniture);
-	std::vector<Cell>().swap(grid.cells);
+	grid = {};
 	auto cells = find_sensor_cells(searched, parameters.free_cells);
 	index.profiles = make_range_profiles(std::move(searched), std::move(cells), parameters.coarse_search.spacing);
 	index.readings.push_back({DistanceField(map, 0, 0), BeamTracer(map, 0)});

@@ -17,8 +17,6 @@
 
 #include "base/checked_value.h"
 
-extern char** environ;
-
 namespace d2s1r
 {
 namespace

@@ -151,12 +151,12 @@ struct Sensor
 {
 	std::string label;          //!< of ROS: the topic
 	std::size_t scans = 0;      //!< [-] number of its scans
-	std::string mounting = "";  //!< where it is on the robot and how that is known; empty: each scan has it
+	std::string mounting{};     //!< where it is on the robot and how that is known; empty: each scan has it
 	bool has_pose = true;       //!< whether its pose on the robot is known
 	bool is_the_robot = false;  //!< whether poses are those of the laser, because nothing tells where it is on it
 	std::optional<mrpt::poses::CPose3D> pose{};  //!< on the robot, in the end; without a value see `mounting`
-	std::string robot = "";           //!< tells the robots of a log apart; empty: there is one, or it is not known
-	std::string odometry = "";        //!< that of its robot, as LogSurvey::odometry
+	std::string robot{};              //!< tells the robots of a log apart; empty: there is one, or it is not known
+	std::string odometry{};           //!< that of its robot, as LogSurvey::odometry
 	std::vector<ScanDoubt> doubts{};  //!< what is wrong with its scans
 	std::optional<OtherAngles> other_angles{};  //!< see OtherAngles; without a value, nothing is wrong with them
 };

@@ -202,7 +202,7 @@ class RosReader : public LogReader
 
 	/// Returns no value if the message is none that localization needs.
 	/// \param pose of the frame that it waited for; no value if it is not known
-	std::optional<RawlogObject> convert(const Pending& taken, std::optional<Pose> pose)
+	std::optional<RawlogObject> convert(const Pending& taken, const std::optional<Pose>& pose)
 	{
 		if (taken.message.topic->kind == MessageKind::kOdometry) return convert_odometry(taken, pose);
 		if (taken.message.topic->kind == MessageKind::kTransforms) return convert_transforms(taken, pose);
