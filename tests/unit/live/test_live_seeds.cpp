@@ -42,7 +42,7 @@ TEST(LiveLocalizer, SeedsATrackerThatWasKilledAndStartedAgain)
 			drive.begin();
 			drive.steps(40);
 			int ever = 1;
-			for (int crash = 0; crash < 10; crash++)
+			for (int crash = 0; crash < 3; crash++)
 			{
 				const std::size_t before = drive.seeds.size();
 				drive.tracker = {};         // it says nothing any more
