@@ -416,7 +416,7 @@ TEST_F(LiveTest, TwoRobotsOfOneNameAreToldAndNotSeeded)
 	LiveProcess live = start_live({"--seed", "watch"});
 	for (RobotPeer* const robot : {&one, &two}) robot->begin();
 	// The node may discover the robots later than they discover it, and scripted scans come faster than 10 Hz.
-	std::this_thread::sleep_for(std::chrono::milliseconds(500));
+	std::this_thread::sleep_for(std::chrono::seconds(2));
 	const auto is_told = [&] { return said().find("two nodes publish ") != std::string::npos; };
 	EXPECT_TRUE(wait_until(
 	    [&]
